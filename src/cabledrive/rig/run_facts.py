@@ -5,7 +5,6 @@ allow one up to a bound. `cabledrive.rig.bounds` measures how much of what they 
 that are never such a disturbance, such as a parameter outside its bounds, are named whenever they occur.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,33 +29,22 @@ SAMPLES_PER_PERIOD = 100.0
 """From so many samples in a period of the bandwidth on, the hold between samples is no departure."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Departure:
-    """One way in which a run departs from the theorems' assumptions."""
-
-    words: str
-    definite: bool = False  # whether it breaks an assumption however small it is
-    # whether cable or load are others than believed: breaks an assumption where what no torque of the motor
-    # can make is more than a quarter of the tube
-    plant: bool = False
+DEFINITE, PLANT = "definite", "plant"
+"""Kinds of departures: what breaks an assumption however small it is; a cable or load that is another than
+believed, which breaks one where what no torque of the motor can make is more than a quarter of the tube."""
 
 
-def departures(loop: Loop, done: Run) -> list[Departure]:
-    """In what a run departs from the theorems' assumptions."""
-    definite = [*_beyond_bounds(loop), *_announcement(loop, done)]
-    plant = []
+def departures(loop: Loop, done: Run) -> dict[str, str]:
+    """In what a run departs from the theorems' assumptions, in words, and the kind of each."""
+    found, plant = dict.fromkeys([*_beyond_bounds(loop), *_announcement(loop, done)], DEFINITE), ""
     if loop.own_plant is not None:
-        definite.append(f'plant "{loop.own_plant.name}" is your own: its parameters are not known')
+        found[f'plant "{loop.own_plant.name}" is your own: its parameters are not known'] = DEFINITE
     elif bounds.foreign(loop, loop.drive):
-        plant = [f"unmatched: the plant is a {loop.named}"]
+        plant = f"unmatched: the plant is a {loop.named}"
     elif unmatched(loop.drive, loop.actual):
-        plant = ["unmatched: what the cable drives differs from what the law believes"]
-    return [
-        *(Departure(words=words, definite=True) for words in definite),
-        *(Departure(words=words) for words in _on_the_rig(loop, done)),
-        *(Departure(words=words) for words in _structure(loop)),
-        *(Departure(words=words, plant=True) for words in plant),
-    ]
+        plant = "unmatched: what the cable drives differs from what the law believes"
+    found |= dict.fromkeys([*_on_the_rig(loop, done), *_structure(loop)], "")
+    return found | ({plant: PLANT} if plant else {})
 
 
 def _on_the_rig(loop: Loop, done: Run) -> list[str]:
@@ -84,11 +72,11 @@ def _on_the_rig(loop: Loop, done: Run) -> list[str]:
     return [words for words, so in found.items() if so]
 
 
-def broken_assumptions(found: list[Departure], used: float | None, unmatched_part: float = 1.0) -> list[str]:
+def broken_assumptions(found: dict[str, str], used: float | None, unmatched_part: float) -> list[str]:
     """Departures that break the theorems' assumptions, by the shares of the tube that causes used."""
     every = used is None or not used <= 1.0
-    plant = unmatched_part > NEGLIGIBLE
-    return [one.words for one in found if every or one.definite or (one.plant and plant)]
+    breaks = (DEFINITE, PLANT) if unmatched_part > NEGLIGIBLE else (DEFINITE,)
+    return [words for words, kind in found.items() if every or kind in breaks]
 
 
 def _beyond_bounds(loop: Loop) -> list[str]:

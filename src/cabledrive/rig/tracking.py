@@ -135,13 +135,13 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     departed = facts.departures(loop, done)
     check = check_theorem(loop, log)
     if check is not None:
-        departed += [facts.Departure(words=words, definite=True) for words in check.beyond]
+        departed |= dict.fromkeys(check.beyond, facts.DEFINITE)
     shares = (None, 1.0) if check is None else (check.used, check.unmatched_part)
     broken = facts.broken_assumptions(departed, *shares)
     incomplete = facts.why_ended(loop, done)
     summary = summary_of(loop, done, error, seed)
     summary |= facts.bound_words(check, error, broken, loop.gear)
-    summary["departures"] = [one.words for one in departed]
+    summary["departures"] = list(departed)
     summary |= pole_words(loop) | {"circumstances": facts.disturbance_facts(loop)}
     if loop.options.check_conditions:
         summary |= facts.condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)

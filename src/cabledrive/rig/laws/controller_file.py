@@ -248,33 +248,27 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
         law = LawNumbers(int(numbers["kind"]), *(_array(numbers[name]) for name in LawNumbers._fields[1:]))
         if not law.matrix.size:  # a list cannot say how wide an empty table is
             law = law._replace(matrix=np.zeros((0, 2 * len(data["shafts"]) + 1)))
-        kind, gains = int(seen["kind"]), _array(seen["gains"])
+        same: dict[str, Any] = {name: str(data[name]) for name in ("name", "feedback", "drive_hash")}
+        same |= {name: tuple(data[name]) for name in ("shafts", "encoders", "columns")}
+        same |= {name: float(data[name]) for name in ("sample_time", "load_gear")}
+        states = {name: np.array(seen[name], dtype=np.int64) for name in ("chosen", "places")}
+        model, output, gains, scalars = (
+            _array(seen[name]) for name in ("model", "output", "gains", "scalars")
+        )
+        gains = gains if gains.ndim == 3 else gains[None]
         found = ControllerFile(
+            **same,
             path=place,
-            name=str(data["name"]),
             bandwidth=data["bandwidth_hz"],
-            shafts=tuple(data["shafts"]),
-            encoders=tuple(data["encoders"]),
-            feedback=str(data["feedback"]),
-            sample_time=float(data["sample_time"]),
             torque_limit=float("inf") if data["torque_limit"] is None else float(data["torque_limit"]),
-            drive_hash=str(data["drive_hash"]),
             law=law,
             own=own,
             late_samples=int(data["late_samples"]),
             counts=tuple(float(count) for count in data["counts"]),
-            load_gear=float(data["load_gear"]),
             torque_per_volt=data["torque_per_volt"],
-            columns=tuple(data["columns"]),
             reference=None if data["reference"] is None else _reference(data["reference"]),
             observer=ObserverNumbers(
-                kind=kind,
-                chosen=np.array(seen["chosen"], dtype=np.int64),
-                places=np.array(seen["places"], dtype=np.int64),
-                model=_array(seen["model"]),
-                output=_array(seen["output"]),
-                gains=gains if gains.ndim == 3 else gains[None],
-                scalars=_array(seen["scalars"]),
+                int(seen["kind"]), **states, model=model, output=output, gains=gains, scalars=scalars
             ),
         )
     except InputRefused as refusal:
