@@ -248,6 +248,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
         law = LawNumbers(int(numbers["kind"]), *(_array(numbers[name]) for name in LawNumbers._fields[1:]))
         if not law.matrix.size:  # a list cannot say how wide an empty table is
             law = law._replace(matrix=np.zeros((0, 2 * len(data["shafts"]) + 1)))
+        kind = int(seen["kind"])
         same: dict[str, Any] = {name: str(data[name]) for name in ("name", "feedback", "drive_hash")}
         same |= {name: tuple(data[name]) for name in ("shafts", "encoders", "columns")}
         same |= {name: float(data[name]) for name in ("sample_time", "load_gear")}
@@ -268,7 +269,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
             torque_per_volt=data["torque_per_volt"],
             reference=None if data["reference"] is None else _reference(data["reference"]),
             observer=ObserverNumbers(
-                int(seen["kind"]), **states, model=model, output=output, gains=gains, scalars=scalars
+                kind, **states, model=model, output=output, gains=gains, scalars=scalars
             ),
         )
     except InputRefused as refusal:
