@@ -233,10 +233,8 @@ def _refuse_pulses(
 ) -> None:
     """Refuse what is asked of two winches and is for pulses of a load pulley."""
     if controller not in NAMED:
-        raise InputRefused(
-            f'controller = "{str(controller)[:60]}" moves a load by one motor: a body between two winches '
-            f"has {CONTROLLER}: leave it out"
-        )
+        said = f'controller = "{str(controller)[:60]}" moves a load by one motor'
+        raise InputRefused(f"{said}: a body between two winches has {CONTROLLER}: leave it out")
     if isinstance(motion, Motion):
         raise InputRefused(
             "a pulse of a load pulley moves no body between two winches: run cabledrive track with --move, "
@@ -260,10 +258,8 @@ def own_law(given: Any, spec: DesignSpec) -> Controller:
             f"{spec.interval:.6g} s: design it for that, or change sensors.sample_rate"
         )
     if spec.bandwidth is not None:
-        raise InputRefused(
-            f'bandwidth = {spec.bandwidth:.4g} Hz is a setting of the packaged laws; "{own.name}" has gains '
-            "of its own: leave it out"
-        )
+        said = f"bandwidth = {spec.bandwidth:.4g} Hz is a setting of the packaged laws"
+        raise InputRefused(f'{said}; "{own.name}" has gains of its own: leave it out')
     if not spec.adapt:
         raise InputRefused(f'adapt = False is a setting of the packaged laws: leave it out for "{own.name}"')
     chain, shafts = spec.chain, own.shafts or spec.shafts

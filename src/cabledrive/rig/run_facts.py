@@ -125,10 +125,8 @@ def _structure(loop: Loop) -> list[str]:
     mass = ["the cable has mass: the law leaves its own modes out"] if loop.cable is not None else []
     bounded, rough = (loop.motion.rise_order + 1) // 2, list[str]()
     if flat is not None and bounded < 2 * flat.size:
-        rough.append(
-            f"reference of order {loop.motion.rise_order}: derivative {bounded} jumps, and the law takes "
-            f"{2 * flat.size} bounded ones (order {4 * flat.size - 1})"
-        )
+        said = f"reference of order {loop.motion.rise_order}: derivative {bounded} jumps"
+        rough.append(f"{said}, and the law takes {2 * flat.size} bounded ones (order {4 * flat.size - 1})")
     if made.own is not None or loop.own_plant is not None:  # neither is made for a model
         return mass + rough
     ours, theirs = set(FLEXIBLE[made.model]), set(FLEXIBLE[plant_model(loop)])
@@ -177,10 +175,8 @@ def why_ended(loop: Loop, done: Run) -> str | None:
     time = done.ended * loop.rig.interval
     if done.state.discrete[1] == WENT_SLACK:
         torque = loop.slack * loop.chain.stiffness[-1]
-        return (
-            f"a span went slack at t = {time:.4g} s: the cable carried over {torque:.4g} N m; slow down, "
-            "raise cable.pretension, or take --tension-only"
-        )
+        said = f"a span went slack at t = {time:.4g} s: the cable carried over {torque:.4g} N m"
+        return f"{said}; slow down, raise cable.pretension, or take --tension-only"
     if loop.controller.field is not None:
         return f"the stepper lost its steps and ran away at t = {time:.4g} s: slow down, or raise its current"
     return f"the plant diverged at t = {time:.4g} s: lower the bandwidth, or feed back the motor's encoder"

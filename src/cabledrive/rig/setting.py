@@ -60,10 +60,8 @@ class Motion:
     def __post_init__(self) -> None:
         low, high = self.payload_range
         if not (0.0 < low <= 1.0 <= high < inf and low < high):
-            raise InputRefused(
-                f"payload_range = {low:.4g} to {high:.4g} must hold 1, the drive's own load: give the least "
-                "and the largest factor, such as 0.5 to 3"
-            )
+            said = f"payload_range = {low:.4g} to {high:.4g} must hold 1, the drive's own load"
+            raise InputRefused(f"{said}: give the least and the largest factor, such as 0.5 to 3")
         for one in self.payload:
             if not low <= one.factor <= high:
                 raise InputRefused(
@@ -336,15 +334,11 @@ def check_run(
                 f"{what}: starts at {start:.4g} s, the motion ends at {duration:.4g} s: start earlier"
             )
     if options.jitter > MOST_JITTER * interval:
-        raise InputRefused(
-            f"jitter = {options.jitter:.4g} s is above {MOST_JITTER:g} of the sample time {interval:.4g} s: "
-            f"give at most {MOST_JITTER * interval:.4g} s"
-        )
+        said = f"jitter = {options.jitter:.4g} s is above {MOST_JITTER:g} of the sample time {interval:.4g} s"
+        raise InputRefused(f"{said}: give at most {MOST_JITTER * interval:.4g} s")
     if control_delay(drive) >= duration:
-        raise InputRefused(
-            f"sensors.delay = {control_delay(drive):.4g} s is not below the {duration:.4g} s of the motion, "
-            "in which no torque would act: shorten the delay"
-        )
+        said = f"sensors.delay = {control_delay(drive):.4g} s is not below the {duration:.4g} s of the motion"
+        raise InputRefused(f"{said}, in which no torque would act: shorten the delay")
     if cable:  # by the steps that a wave along it asks for
         per_second = drive.cable.axial_wave_speed / drive.pulley_distance
         most = int(sqrt(MOST_SEGMENT_STEPS / (2.0 * duration * per_second)))

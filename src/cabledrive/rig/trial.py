@@ -98,10 +98,8 @@ def check_clock(drive: Drive, actual: Drive) -> None:
     """Refuse a plant whose sensors are sampled at another rate than the law's."""
     ours, theirs = (1.0 / sample_interval(one) for one in (drive, actual))
     if abs(ours - theirs) > 1e-9 * ours:
-        raise InputRefused(
-            f"sensors.sample_rate = {theirs:.6g} Hz of the plant is not the law's {ours:.6g} Hz, and the "
-            "controller has one clock: change both with --set"
-        )
+        said = f"sensors.sample_rate = {theirs:.6g} Hz of the plant is not the law's {ours:.6g} Hz"
+        raise InputRefused(f"{said}, and the controller has one clock: change both with --set")
 
 
 def check_motion(drive: Drive, motion: Motion) -> None:
@@ -200,10 +198,8 @@ def design_learning(loop: Loop, spec: DesignSpec, width: int, nodes: int) -> Rep
     noise, ripple = float(loop.rig.counts[-1]) / np.sqrt(12.0), RIPPLE_SHARE * ripple_limit(spec)
     found = repetition_learning(maps[0][0], [error for error, _ in maps[1:]], maps[0][1], noise, ripple)
     if found is None:
-        raise NotComputed(
-            "repeat: not one direction of the torque converges on every plant within the intervals: raise "
-            "the bandwidth, or leave repeat out"
-        )
+        said = "repeat: not one direction of the torque converges on every plant within the intervals"
+        raise NotComputed(f"{said}: raise the bandwidth, or leave repeat out")
     return found
 
 
@@ -312,15 +308,11 @@ def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Draws | None]
 def best_controller(spec: DesignSpec) -> Controller:
     """The law that ranks first, with the bandwidth and the filter that the comparison tuned."""
     if spec.bandwidth is not None or spec.feedforward != "damped" or not spec.adapt:
-        raise InputRefused(
-            "controller = best is tuned as a whole: leave bandwidth, feedforward and no-adaptation out, or "
-            "name a law"
-        )
+        said = "controller = best is tuned as a whole"
+        raise InputRefused(f"{said}: leave bandwidth, feedforward and no-adaptation out, or name a law")
     tuned, _ = best_law(_compared(spec))
-    reason = (
-        f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
-        f"plants with friction at the load; the highest bandwidth that keeps {limit_words(spec)}"
-    )
+    reason = f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
+    reason += f"plants with friction at the load; the highest bandwidth that keeps {limit_words(spec)}"
     made = law_at(tuned.name, tuned.bandwidth, tuned.filter, spec)
     return replace(made, gains=made.gains | {"reasons": [reason]})
 

@@ -120,10 +120,8 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
     """Design a law by name, tuned where ``spec.best`` asks for it; default: see `known_name`."""
     name = known_name(name, spec.drive)
     if spec.feedforward != "damped" and name not in BASELINES:
-        raise InputRefused(
-            f"feedforward = {spec.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own: "
-            "leave it out"
-        )
+        said = f"feedforward = {spec.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own"
+        raise InputRefused(f"{said}: leave it out")
     if name in OPEN_LOOPS and spec.bandwidth is not None:
         raise InputRefused(f"bandwidth = {spec.bandwidth:.4g} Hz: {name} is an open loop: leave it out")
     tunable = name not in OPEN_LOOPS and spec.best

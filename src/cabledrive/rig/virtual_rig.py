@@ -149,10 +149,8 @@ def rig_of(drive: Drive, model: int | None = None) -> VirtualRig:
     }
     encoders = {name: count for name, count in counts.items() if count is not None}
     if not encoders:
-        raise InputRefused(
-            f"{drive.name} has no encoder on {', '.join(chain.names)}, a log needs one: add such as "
-            "sensors.motor_encoder = 2600"
-        )
+        said = f"{drive.name} has no encoder on {', '.join(chain.names)}, a log needs one"
+        raise InputRefused(f"{said}: add such as sensors.motor_encoder = 2600")
     return VirtualRig(
         chain=chain,
         torque_per_volt=(motor.torque_per_volt if motor and motor.torque_per_volt else 1.0),

@@ -214,10 +214,8 @@ def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
     interval, samples = setup.design.gains.interval, len(setup.table)
     for push in disturbances:
         if push.start >= samples * interval:
-            raise InputRefused(
-                f"disturbance on {push.on[:60]}: starts at {push.start:.4g} s, the motion ends at "
-                f"{samples * interval:.4g} s: start earlier"
-            )
+            said = f"disturbance on {push.on[:60]}: starts at {push.start:.4g} s"
+            raise InputRefused(f"{said}, the motion ends at {samples * interval:.4g} s: start earlier")
     return stepped_in(disturbances, setup.machine.names, interval, samples)
 
 

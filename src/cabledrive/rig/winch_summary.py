@@ -197,10 +197,8 @@ def _incomplete(
     i = int(np.argmin(done.least))
     if done.least[i] < floor:
         when = setup.design.gains.interval * int(np.argmin(tension[:, i]))
-        return (
-            f"{machine.lines[i]}: its tension fell to {done.least[i]:.4g} N near {when:.4g} s, below the "
-            f"least allowed of {floor:.4g} N: {why}"
-        )
+        said = f"{machine.lines[i]}: its tension fell to {done.least[i]:.4g} N near {when:.4g} s"
+        return f"{said}, below the least allowed of {floor:.4g} N: {why}"
     if drawn is not None and drawn["kept"] < drawn["draws"]:
         return (
             f"{drawn['draws'] - drawn['kept']} of {drawn['draws']} drawn plants let the tension fall below "

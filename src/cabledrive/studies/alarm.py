@@ -145,10 +145,8 @@ def _answer(
         doubts = ["a span goes slack along the motion; the model is not valid from there on", *doubts]
     verdict = DANGEROUS if largest > limit else UNKNOWN if changed > limit or doubts else SAFE
     if not more and verdict == UNKNOWN and changed > limit:
-        more = (
-            f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
-            f"{MORE_TORQUE - 1.0:.0%} takes it to an estimated {1e3 * changed:.4g} mm"
-        )
+        more = f"; a change of the transverse frequencies by {DETUNING:.1%} and of the torque by "
+        more += f"{MORE_TORQUE - 1.0:.0%} takes it to an estimated {1e3 * changed:.4g} mm"
     size = f"largest transverse displacement {1e3 * largest:.4g} mm, limit {1e3 * limit:.4g} mm"
     return {
         "verdict": verdict,
@@ -174,10 +172,8 @@ def _remedy(verdict: str, modes: Sequence[ModeAlarm], place: str) -> str:
         return "no mode grows; what is named above is not decided"
     if worst.excitation == DIRECT:
         return f"keep the torque away from {where}: it is excited directly; or tighten the cable"
-    return (
-        f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable, or move the pretension: "
-        f"{where} is excited parametrically"
-    )
+    said = f"reduce the torque's oscillation before {worst.time:.3g} s, damp the cable"
+    return f"{said}, or move the pretension: {where} is excited parametrically"
 
 
 Mode = tuple[str, tuple[float, float], str, int]

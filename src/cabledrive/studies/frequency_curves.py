@@ -242,7 +242,5 @@ def _complete_path(follower: Follower, values: Array, modes: int) -> list[Statio
         if all(map(holds_lowest, path)):
             return path
         curves += 1 + modes // 4
-    raise NotComputed(
-        f"a mode among the lowest {modes} starts above the lowest {curves} at the smallest value: "
-        "narrow the range"
-    )
+    said = f"a mode among the lowest {modes} starts above the lowest {curves} at the smallest value"
+    raise NotComputed(f"{said}: narrow the range")

@@ -101,10 +101,8 @@ def reasons_of(
         if span.slack:
             found.append(f"span {span.name} goes slack at {span.lowest_at:.4g} s")
         if span.safety_factor is not None and span.safety_factor < 1.0:
-            found.append(
-                f"span {span.name} reaches {span.tension[1]:.4g} N at {span.highest_at:.4g} s, its strength "
-                f"is {span.strength:.4g} N"
-            )
+            said = f"span {span.name} reaches {span.tension[1]:.4g} N at {span.highest_at:.4g} s"
+            found.append(f"{said}, its strength is {span.strength:.4g} N")
     for own in pulleys:
         if own.verdict == UNKNOWN:
             lack = "strength [N] of the belt" if own.by == TEETH else "capstan_friction"
@@ -116,23 +114,17 @@ def reasons_of(
             )
         elif own.verdict == EXCEEDED:
             need = "more than any" if own.needed_friction is None else f"{own.needed_friction:.3g}"
-            found.append(
-                f"the rope slips on {own.name} at {own.time:.4g} s: friction {own.capstan_friction:.3g}, "
-                f"needed {need}"
-            )
+            said = f"the rope slips on {own.name} at {own.time:.4g} s"
+            found.append(f"{said}: friction {own.capstan_friction:.3g}, needed {need}")
     for motor in motors:
         if motor.torque_limit is None:
             found.append(f"motor at {motor.name}: the file gives no torque limit")
         elif motor.peak_torque > motor.torque_limit:
-            found.append(
-                f"motor at {motor.name}: {motor.peak_torque:.4g} N m needed, limit "
-                f"{motor.torque_limit:.4g} N m"
-            )
+            said = f"motor at {motor.name}"
+            found.append(f"{said}: {motor.peak_torque:.4g} N m needed, limit {motor.torque_limit:.4g} N m")
         if motor.speed_limit is not None and motor.peak_speed > motor.speed_limit:
-            found.append(
-                f"motor at {motor.name}: {30.0 / pi * motor.peak_speed:.4g} rpm needed, limit "
-                f"{30.0 / pi * motor.speed_limit:.4g} rpm"
-            )
+            said = f"motor at {motor.name}: {30.0 / pi * motor.peak_speed:.4g} rpm needed"
+            found.append(f"{said}, limit {30.0 / pi * motor.speed_limit:.4g} rpm")
     return tuple(found) or ("ropes stay tight and unbroken, wraps, teeth and motors hold",)
 
 

@@ -60,10 +60,8 @@ def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) 
     rows = np.array([network.motion.unit(key) for key in motion.places])
     names = ", ".join(motion.places)
     if not free.shape[1]:
-        raise InputRefused(
-            f"motion: {names}: a spring or a rope holds every body of this machine, so no place can be "
-            "planned: give the torque alone"
-        )
+        said = f"motion: {names}: a spring or a rope holds every body of this machine"
+        raise InputRefused(f"{said}, so no place can be planned: give the torque alone")
     if np.linalg.matrix_rank(rows @ free, tol=1e-9 * np.abs(free).max()) < free.shape[1]:
         others = [
             f"{body.name}.{move}"
@@ -72,10 +70,8 @@ def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) 
             if f"{body.name}.{move}" not in motion.places
             and (network.motion.unit(f"{body.name}.{move}") @ free).any()
         ]
-        raise InputRefused(
-            f"motion: the places of {names} do not say how the machine moves: "
-            f"add {' or '.join(others) or 'torque alone'}"
-        )
+        said = f"motion: the places of {names} do not say how the machine moves"
+        raise InputRefused(f"{said}: add {' or '.join(others) or 'torque alone'}")
     inverse = np.linalg.pinv(rows @ free)
     missing = np.abs(steps @ inverse.T @ (rows @ free).T - steps)
     if np.any(missing > _ASTRAY * np.abs(steps).max(initial=STILL)):
@@ -129,10 +125,8 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
     else:
         driven = driven_way(drive, network, motion)
         if driven is None:
-            raise InputRefused(
-                "motion: weights or directions of ropes hold the machine against its torque: give the places "
-                "of its bodies as columns"
-            )
+            said = "motion: weights or directions of ropes hold the machine against its torque"
+            raise InputRefused(f"{said}: give the places of its bodies as columns")
         way, rate = driven
     poses, here = poses_along(drive, places_along(drive, network, way), motion.time)
     networks = [_network(drive, pose) for pose in poses]
@@ -253,10 +247,8 @@ def _torque(turns: Array, free: Array, need: Array) -> Array:
     torque = need @ free @ np.linalg.pinv(reach)
     missing = np.abs(torque @ reach - need @ free).max(initial=0.0)
     if missing > _MISSING * np.abs(need @ free).max(initial=0.0):
-        raise InputRefused(
-            f"motion: {len(turns)} motors cannot make a motion of {free.shape[1]} freedoms as planned: plan "
-            "places that the motors reach"
-        )
+        said = f"motion: {len(turns)} motors cannot make a motion of {free.shape[1]} freedoms as planned"
+        raise InputRefused(f"{said}: plan places that the motors reach")
     return np.asarray(torque)
 
 

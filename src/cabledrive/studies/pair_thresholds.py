@@ -239,10 +239,8 @@ def refuse_running(drive: RoutedDrive, what: str) -> None:
     """Refuse routes whose cable runs, for what is computed of cables at rest."""
     for route in drive.route:
         if route.speed:
-            raise InputRefused(
-                f'route "{route.name}" runs at {route.speed:.4g} m/s: {what} is for cables that do not; set '
-                "speed to 0"
-            )
+            said = f'route "{route.name}" runs at {route.speed:.4g} m/s'
+            raise InputRefused(f"{said}: {what} is for cables that do not; set speed to 0")
 
 
 def moved_in(network: Network, mode: Mode) -> Array:

@@ -126,10 +126,8 @@ def read_motion(
     for name in chosen:
         if name not in columns:
             known = nearest(name, tuple(columns))
-            raise InputRefused(
-                f'{path.name}: column "{chosen[name]}" is not part of a motion{known}: '
-                f"write {', '.join(columns)}"
-            )
+            said = f'{path.name}: column "{chosen[name]}" is not part of a motion{known}'
+            raise InputRefused(f"{said}: write {', '.join(columns)}")
     for name in ("time", "torque") if torque or places.keys().isdisjoint(chosen) else ("time",):
         if name not in chosen:
             raise InputRefused(f'{path.name}: no column "{name} [{COLUMNS[name]}]": a motion needs it')

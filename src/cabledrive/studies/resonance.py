@@ -172,10 +172,8 @@ def _reasons(
         f"{mode.number} of the {mode.span} span, {ends}, {place}"
     ]
     if model.modal_damping == 0.0:
-        found.append(
-            "the pulley mode is undamped: the threshold at its own frequency is zero, and the instability "
-            f"region is that after {regions.BUILD_UP:.3g} s of growth"
-        )
+        said = "the pulley mode is undamped: the threshold at its own frequency is zero"
+        found.append(f"{said}, and the instability region is that after {regions.BUILD_UP:.3g} s of growth")
     if model.transverse_damping == 0.0:
         found.append(
             "the cable has no transverse damping: at exact tuning any motion of the pulley mode excites it"
@@ -192,10 +190,8 @@ def _reasons(
         )
     onset = coulomb_onset_torque(model)
     if onset > 0.0:
-        found.append(
-            f"below {onset:.4g} N m, Coulomb friction prevents growth of the pulley mode (unless the mean "
-            "speed exceeds the vibration speed)"
-        )
+        said = f"below {onset:.4g} N m, Coulomb friction prevents growth of the pulley mode"
+        found.append(f"{said} (unless the mean speed exceeds the vibration speed)")
     limit, rigidity = largest_pretension(drive), drive.cable.axial_rigidity
     if tuned is not None and tuned > limit:
         found.append(

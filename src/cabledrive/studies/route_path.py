@@ -87,10 +87,8 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
     duration = float(motion.time[-1])
     steps = ceil(duration * highest / (2.0 * pi) * STEPS_PER_PERIOD)
     if steps > MOST_STEPS:
-        raise NotComputed(
-            f"motion: {duration:.4g} s of modes up to {highest / (2 * pi):.4g} Hz take {steps} steps, at "
-            f"most {MOST_STEPS} are made: give a shorter part of the motion"
-        )
+        said = f"motion: {duration:.4g} s of modes up to {highest / (2 * pi):.4g} Hz take {steps} steps"
+        raise NotComputed(f"{said}, at most {MOST_STEPS} are made: give a shorter part of the motion")
     time = np.linspace(0.0, duration, steps + 1)
     rows = torques_of(drive, motion)
     middle = 0.5 * (time[1:] + time[:-1])

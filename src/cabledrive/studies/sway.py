@@ -74,10 +74,8 @@ def sway(
             raise InputRefused(f"{word} = {value:.6g} {unit} must be above 0 and finite")
     for route, rope in zip(drive.route, drive.ropes, strict=True):
         if not rope.transverse_damping > 0.0:
-            raise InputRefused(
-                f'route "{route.name}": transverse_damping is 0, and nothing else bounds its sway: '
-                "give it in [cable]"
-            )
+            said = f'route "{route.name}": transverse_damping is 0, and nothing else bounds its sway'
+            raise InputRefused(f"{said}: give it in [cable]")
     refuse_running(drive, "sway")
     if vary is not None and len(vary) != 1:
         raise InputRefused(f"{len(vary)} ranges are varied: sway takes the places of one motion")

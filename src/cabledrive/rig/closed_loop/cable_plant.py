@@ -170,10 +170,8 @@ def cable_plant(
             "a sample: leave it out, or take a plant of few inertias"
         )
     if drive.motor is not None and drive.motor.backlash > 0.0:
-        raise InputRefused(
-            f"motor.backlash = {drive.motor.backlash:.4g} rad is not followed with the distributed cable: "
-            "set it to 0, or take --plant model-4"
-        )
+        said = f"motor.backlash = {drive.motor.backlash:.4g} rad is not followed with the distributed cable"
+        raise InputRefused(f"{said}: set it to 0, or take --plant model-4")
     free = released(drive)
     own = with_measured_stiffness(free) if measured and not options.as_printed else free
     case = case_of(

@@ -125,15 +125,11 @@ def doubled(drive: Drive) -> Drive:
     """The drive with a second motor and gear like its own: as one of twice the size without backlash."""
     motor, sensors = drive.motor, drive.sensors
     if motor is None or motor.backlash <= 0.0:
-        raise InputRefused(
-            "pair: motor.backlash is 0: a second motor is preloaded against backlash: give it, such as "
-            'backlash = "1 deg"'
-        )
+        said = "pair: motor.backlash is 0: a second motor is preloaded against backlash"
+        raise InputRefused(f'{said}: give it, such as backlash = "1 deg"')
     if motor.joint_stiffness is None:
-        raise InputRefused(
-            "pair: motor.joint_stiffness is missing: the flanks close by the bending of both gears: give "
-            'it, such as joint_stiffness = "135 N m/rad"'
-        )
+        said = "pair: motor.joint_stiffness is missing: the flanks close by the bending of both gears"
+        raise InputRefused(f'{said}: give it, such as joint_stiffness = "135 N m/rad"')
     if sensors is None or sensors.motor_encoder is None:
         raise InputRefused("pair: sensors.motor_encoder is missing: both motors are read: give its counts")
     keys = (
@@ -150,10 +146,8 @@ def make_pair(
     """The law of the preload and its sensors, for a loop without them; ``design``: chain of its filter."""
     motor, options, rig = loop.actual.motor, loop.options, loop.rig
     if other:
-        raise InputRefused(
-            "pair: its plant is the lumped chain and its law of position a packaged one: leave --plant and "
-            "a controller of your own out"
-        )
+        said = "pair: its plant is the lumped chain and its law of position a packaged one"
+        raise InputRefused(f"{said}: leave --plant and a controller of your own out")
     knows = loop.observer.kind == KALMAN and design.names[:2] == ("motor", "drive")
     if not knows and loop.encoder_shafts[:2] != ("motor", "drive"):
         raise InputRefused(

@@ -157,10 +157,8 @@ def close_loop(
     late = np.maximum(interval * np.arange(samples, dtype=np.float64) - controller.late, 0.0)
     target = gear * motion.trajectory(late)[0]
     if stepper and (cable or named or options.pair or options.smooth_friction):
-        raise InputRefused(
-            f"{controller.name} is one stepper on a lumped chain with set-valued friction: leave --pair, "
-            "--smooth-friction and the plant out"
-        )
+        said = f"{controller.name} is one stepper on a lumped chain with set-valued friction"
+        raise InputRefused(f"{said}: leave --pair, --smooth-friction and the plant out")
     every = list(fitted_encoders(plant_drive))  # drawn for each, read or not
     phases = generator.uniform(-0.5, 0.5, len(every))[[every.index(name) for name in shafts]]
     if options.encoder_phase == "centred" or options.ideal_sensors:
@@ -304,9 +302,7 @@ def with_plant(loop: Loop, chain: LumpedChain, play: float | None = None) -> Loo
 def check_drawable(loop: Loop) -> None:
     """Refuse to vary a plant whose parameters are not known."""
     if loop.own_plant is not None:
-        raise InputRefused(
-            f'plant "{loop.own_plant.name}" is your own, and its parameters are not known: draws take the '
-            "drive's models, lumped chains and the cable"
-        )
+        said = f'plant "{loop.own_plant.name}" is your own, and its parameters are not known'
+        raise InputRefused(f"{said}: draws take the drive's models, lumped chains and the cable")
     if loop.disturbed:
         raise InputRefused("the plant carries disturbances already: draw from the loop without them")

@@ -109,10 +109,8 @@ def fit_observer(
         names = list(fitted)
         missing = [shaft for shaft in shafts if shaft not in fitted]
         if missing:
-            raise InputRefused(
-                f"sensors.{missing[0]}_encoder is missing, the difference needs it: add it, or take the "
-                "Kalman filter"
-            )
+            said = f"sensors.{missing[0]}_encoder is missing, the difference needs it"
+            raise InputRefused(f"{said}: add it, or take the Kalman filter")
         numbers = [names.index(shaft) for shaft in shafts]
         return filtered_difference(range(len(names)), sampling.interval, chosen=numbers)
     tuning = replace(made.tuning, offsets=()) if options.encoder_phase == "centred" else made.tuning

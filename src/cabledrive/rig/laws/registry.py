@@ -138,10 +138,8 @@ def check_sample_rate(controller: Controller, interval: float) -> None:
     """Refuse a bandwidth that the sample rate does not carry; ``interval``: sample time [s]."""
     hertz = float(controller.gains.get("bandwidth_hz") or 0.0)
     if hertz * interval > 1.0 / 20.0:
-        raise InputRefused(
-            f"sensors.sample_rate = {1.0 / interval:.6g} Hz is below 20 times the bandwidth {hertz:.4g} Hz: "
-            "sample faster, or lower --bandwidth"
-        )
+        said = f"sensors.sample_rate = {1.0 / interval:.6g} Hz is below 20 times the bandwidth {hertz:.4g} Hz"
+        raise InputRefused(f"{said}: sample faster, or lower --bandwidth")
 
 
 class Pole(NamedTuple):

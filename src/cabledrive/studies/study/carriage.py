@@ -81,10 +81,8 @@ def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
     if drive.layout.gravity <= 0.0:
         found.append("layout.gravity = 0, but a hanging mass needs it: give its value")
     if drive.layout.inclination != 0.0:
-        found.append(
-            f"layout.inclination = {drive.layout.inclination / DEGREE:.4g} deg, but carriage control needs "
-            "a level span"
-        )
+        said = f"layout.inclination = {drive.layout.inclination / DEGREE:.4g} deg"
+        found.append(f"{said}, but carriage control needs a level span")
     if drive.motor is None:
         found.append("motor is missing, but the carriage has to be moved: add motor.inertia")
     if sensors is None or sensors.sample_rate is None:

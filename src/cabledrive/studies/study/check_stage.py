@@ -113,17 +113,13 @@ def goals_for(drive: Drive, goals: Goals) -> Goals:
         error = error if goals.carriage_error is None else goals.carriage_error / gain
         goals = replace(goals, gain=gain, angle=angle, error=error, travel=None, carriage_error=None)
     if drive.carriage and goals.error is not None:
-        raise InputRefused(
-            f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage: state a "
-            'length, such as error = "0.5 mm"'
-        )
+        what = f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage"
+        raise InputRefused(f'{what}: state a length, such as error = "0.5 mm"')
     words = {"carriage_error": "error, a length,"}
     for name in ("travel", "carriage_error", "hanging_mass", "rail_friction"):
         if not drive.carriage and getattr(goals, name) is not None:
-            raise InputRefused(
-                f"{words.get(name, name)} refers to a carriage, but the drive has none: give the goal of the "
-                "load"
-            )
+            what = f"{words.get(name, name)} refers to a carriage, but the drive has none"
+            raise InputRefused(f"{what}: give the goal of the load")
     radius, assumed = drive.load_pulley.radius, []
     angle, travel = goals.angle, goals.travel
     if drive.carriage:

@@ -97,10 +97,8 @@ class Goals:
                 unit = QUANTITIES[name]
                 raise InputRefused(f"{name} = {value:.4g} {unit} must be finite and above 0: correct it")
         if min(self.draws, self.carriage_draws) < 1 or self.cable_draws < 0:
-            raise InputRefused(
-                f"draws = {self.draws} and carriage_draws = {self.carriage_draws} must be at least 1, "
-                f"cable_draws = {self.cable_draws} 0"
-            )
+            said = f"draws = {self.draws} and carriage_draws = {self.carriage_draws} must be at least 1"
+            raise InputRefused(f"{said}, cable_draws = {self.cable_draws} 0")
         for name, most in MOST_DRAWS.items():
             if getattr(self, name) > most:
                 raise InputRefused(f"{name} = {getattr(self, name)} is above {most}: ask for fewer")
@@ -112,10 +110,8 @@ class Goals:
             raise InputRefused(f"seed = {self.seed} must not be negative: give a whole number from 0 on")
         pulse = (self.duration or 0.0) + self.dwell
         if self.pulses * pulse > LONGEST_MOTION:
-            raise InputRefused(
-                f"{self.pulses} pulses of {pulse:.4g} s last {self.pulses * pulse:.4g} s, above "
-                f"{LONGEST_MOTION:g} s: shorten the motion"
-            )
+            said = f"{self.pulses} pulses of {pulse:.4g} s last {self.pulses * pulse:.4g} s"
+            raise InputRefused(f"{said}, above {LONGEST_MOTION:g} s: shorten the motion")
         if self.angle is not None and self.angle > LARGEST_ANGLE:
             raise InputRefused(
                 f"angle = {self.angle:.4g} rad is above {LARGEST_ANGLE:g} rad: give a pulse of the load"

@@ -98,10 +98,8 @@ def usable_log(log: Log) -> Log:
         report = replace(log.report, quantum=tables[3])
         log = replace(log, channels=tables[0], units=tables[1], saturated=tables[2], report=report)
     if not {"torque", "angle"} <= set(log.channels):
-        raise InputRefused(
-            f'{log.source}: needs "torque [N m]" and "angle [rad]", has {", ".join(log.channels)}: name its '
-            "columns in [log] of study.toml"
-        )
+        said = f'{log.source}: needs "torque [N m]" and "angle [rad]", has {", ".join(log.channels)}'
+        raise InputRefused(f"{said}: name its columns in [log] of study.toml")
     return log
 
 
@@ -201,10 +199,8 @@ def _late(lag: float, drive: Drive, interval: float) -> tuple[tuple[LogFinding, 
     if -interval <= lag <= 1.5 * interval + known:
         return (), 0.0
     allowed = 1e3 * (1.5 * interval + known)
-    words = (
-        f"the angles lag the torque by {1e3 * lag:.3g} ms; sampling and the lags of the drive file allow "
-        f"{-1e3 * interval:.3g} to {allowed:.3g} ms"
-    )
+    words = f"the angles lag the torque by {1e3 * lag:.3g} ms; "
+    words += f"sampling and the lags of the drive file allow {-1e3 * interval:.3g} to {allowed:.3g} ms"
     if lag > 0.0:
         words += "; the controller is designed for the rest as a delay"
     limit = 1e-3 * allowed if lag > 0.0 else -interval

@@ -130,10 +130,8 @@ def _refusals(found: findings.Findings) -> tuple[list[str], list[str]]:
             if drive is None or tuned <= largest_pretension(drive):
                 words = f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
             else:
-                words = (
-                    f"no pretension {elastic_range(drive)} tunes the lowest mode of an empty span: keep away "
-                    "from the pretensions of the other pairs, which cabledrive resonance lists"
-                )
+                words = f"no pretension {elastic_range(drive)} tunes the lowest mode of an empty span: "
+                words += "keep away from the pretensions of the other pairs, which cabledrive resonance lists"
             remedies.append(words)
     return reasons, remedies
 
@@ -205,10 +203,8 @@ def _cautions(found: findings.Findings, reasons: Sequence[str]) -> tuple[str, ..
         words += ["modes, lumped models and resonance are of the machine as its file gives it"]
         words += _coupling(found)[1]
         if found.knowledge.residual is not None:
-            words.append(
-                "drive.toml is the machine as given; identified numbers are those of its chain, in "
-                "results.json"
-            )
+            what = "drive.toml is the machine as given"
+            words.append(f"{what}; identified numbers are those of its chain, in results.json")
     asked = (found.runs,) if found.carried else (found.runs, found.cable)
     words += _of_the_carriage(found) if found.carried else findings.unrun(found, reasons)
     for one in asked:
@@ -223,10 +219,8 @@ def _cautions(found: findings.Findings, reasons: Sequence[str]) -> tuple[str, ..
             words.append(f"the stated bound held in {100 * one.inside:.1f} % of {one.draws} {one.plant} runs")
     if controller.broken:
         broken = "; ".join(controller.broken)
-        words.append(
-            f"assumptions of the theorem that do not hold on the rig: {broken} (covered by the other parts "
-            "of the bound)"
-        )
+        what = "assumptions of the theorem that do not hold on the rig"
+        words.append(f"{what}: {broken} (covered by the other parts of the bound)")
     return tuple(words)
 
 
@@ -235,20 +229,14 @@ def _of_the_carriage(found: findings.Findings) -> list[str]:
     model, control, drive = found.model, found.controller, found.known
     words = [NO_BOUND] if found.runs.draws else []
     if found.goals.rail_friction is None:
-        words.append(
-            "friction of the carriage on its guide is an estimate, 0 to 1 N s/m: state rail_friction "
-            "in [carriage]"
-        )
+        said = "friction of the carriage on its guide is an estimate, 0 to 1 N s/m"
+        words.append(f"{said}: state rail_friction in [carriage]")
     if isinstance(model, CarriageModel) and model.left_out > 0.0:
-        words.append(
-            "the motor joint is taken as rigid: its windup and backlash, "
-            f"{1e3 * model.left_out:.3g} mm at the carriage, are added to every error"
-        )
+        said = "the motor joint is taken as rigid: its windup and backlash"
+        words.append(f"{said}, {1e3 * model.left_out:.3g} mm at the carriage, are added to every error")
     if drive is not None and (control_delay(drive) > 0.0 or current_rate(drive) > 0.0):
-        words.append(
-            "the runs contain neither delay nor torque loop; both are short compared with the period of "
-            "the carriage"
-        )
+        said = "the runs contain neither delay nor torque loop"
+        words.append(f"{said}; both are short compared with the period of the carriage")
     if isinstance(control, CarriageController) and not control.both:
         words.append("the law uses the motor-side encoder only: the load pulley has no equal encoder")
     return words
