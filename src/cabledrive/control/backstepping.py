@@ -28,22 +28,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.control import numbers
 from cabledrive.control.backstepping_recursion import (
     BacksteppingStep,
     backstepping_step,
     signal_count,
 )
 from cabledrive.control.darc import printed_bounds
-from cabledrive.control.numbers import (
-    BACKSTEPPING,
-    BY_REFERENCE,
-    DARC,
-    GAIN,
-    NOMINAL,
-    SLOPE,
-    LawNumbers,
-    learning_table,
-)
+from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import ReferenceNumbers, reference_numbers
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -171,11 +163,11 @@ def backstepping_numbers(
     else:
         (parameters, widths), scales = chain_parameters(chain), chain_scales(chain)
         more = (REFERENCE_SLOPE, 1.0, 0.0, 1.0, 0.0)
-    learning = learning_table(
+    learning = numbers.learning_table(
         parameters, parameters - widths, parameters + widths, adaptation * (2.0 * widths) ** 2
     )
     return LawNumbers(
-        kind=BACKSTEPPING,
+        kind=numbers.BACKSTEPPING,
         matrix=2.0 * pi * bandwidth * np.eye(2 * chain.size) + np.eye(2 * chain.size, k=-1),
         rows=np.array([scales]),
         learning=learning,
@@ -208,15 +200,15 @@ def scaled_states(law: LawNumbers, states: Array) -> Array:
 
 def fixed_row(law: LawNumbers, size: int) -> list[float]:
     """Command per angle and speed of a law that adapts, estimates fixed, no Coulomb friction and offset."""
-    estimate = law.learning[NOMINAL].copy()
-    if law.kind == DARC:
+    estimate = law.learning[numbers.NOMINAL].copy()
+    if law.kind == numbers.DARC:
         surface, elastic, inertial = law.rows
         rate = inertial[:size] - inertial[size] * np.append(0.0, surface[: size - 1])
         row = (elastic[:size] + estimate[0] * rate - law.k_sigma * surface[:size]) @ law.matrix
         row[size // 2] += estimate[1]
         return row.tolist()
     estimate[-3:-1] = 0.0  # Coulomb friction and offset, before the gain of the input
-    signals = np.zeros(signal_count(size // 2, bool(law.scalars[BY_REFERENCE])))
+    signals = np.zeros(signal_count(size // 2, bool(law.scalars[numbers.BY_REFERENCE])))
 
     def command(states: Array) -> float:
         x, speed = scaled_states(law, states), states[size // 2]
@@ -229,7 +221,7 @@ def law_step(
     law: LawNumbers, estimate: NDArray[Any], x: Array, signals: Array, speed: float, friction: float
 ) -> BacksteppingStep:
     """One step of a frozen law from its scaled states."""
-    known = bool(law.scalars[BY_REFERENCE])
+    known = bool(law.scalars[numbers.BY_REFERENCE])
     return backstepping_step(law.matrix, law.rows[0], known, estimate, x, signals, speed, friction)
 
 
@@ -237,8 +229,10 @@ def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference:
     """Smallest eigenvalue [rad/s] of D_z over all signs at a state; above 0 Eq. (6.100) holds there."""
     size = len(states)
     x, speed = scaled_states(law, states), states[size // 2]
-    signals = reference[:-1] if law.scalars[BY_REFERENCE] else reference[: size + 1]
-    friction = np.tanh(law.scalars[SLOPE] * (reference[-1] if law.scalars[BY_REFERENCE] else speed))
+    signals = reference[:-1] if law.scalars[numbers.BY_REFERENCE] else reference[: size + 1]
+    friction = np.tanh(
+        law.scalars[numbers.SLOPE] * (reference[-1] if law.scalars[numbers.BY_REFERENCE] else speed)
+    )
     given = (x, signals, speed, friction)
     phi = law_step(law, estimate, *given).regressors
     slopes = np.zeros((size, len(estimate)))
@@ -246,7 +240,7 @@ def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference:
         moved = estimate.astype(complex)
         moved[m] += 1j * STEP * abs(estimate[m] or 1.0)
         slopes[1:, m] = law_step(law, moved, *given).virtual.imag / (STEP * abs(estimate[m] or 1.0))
-    learnt = np.linalg.norm(phi * law.learning[GAIN], axis=1)
+    learnt = np.linalg.norm(phi * law.learning[numbers.GAIN], axis=1)
     coupling = np.outer(np.linalg.norm(slopes, axis=1), learnt)
     fixed = errors_matrix(law, estimate, size)
     worst = np.inf

@@ -16,14 +16,8 @@ from math import comb, isfinite, pi
 
 import numpy as np
 
-from cabledrive.control.numbers import (
-    DARC,
-    ELASTIC,
-    INERTIAL,
-    SURFACE,
-    LawNumbers,
-    learning_table,
-)
+from cabledrive.control import numbers
+from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import FlatOutput
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -145,14 +139,14 @@ def darc_numbers(
     slope = REFERENCE_SLOPE if by_reference else PRINTED_SLOPE
     along = reference_regressor(reference, slope)
     rows = np.zeros((3, n2 + 1))
-    rows[SURFACE, :n2] = surface(n2 - 1, gains.bandwidth)
-    rows[ELASTIC, :n2], rows[INERTIAL] = flat.elastic[:n2], flat.inertial
+    rows[numbers.SURFACE, :n2] = surface(n2 - 1, gains.bandwidth)
+    rows[numbers.ELASTIC, :n2], rows[numbers.INERTIAL] = flat.elastic[:n2], flat.inertial
     gain = adaptation_gain(gains, bounds, along, mu)
     return LawNumbers(
-        kind=DARC,
+        kind=numbers.DARC,
         matrix=flat.from_states,
         rows=rows,
-        learning=learning_table(bounds.nominal, bounds.low, bounds.high, gain),
+        learning=numbers.learning_table(bounds.nominal, bounds.low, bounds.high, gain),
         scalars=np.array([interval, mu * gains.sliding_rate, slope, by_reference, by_reference, mu, 0.0]),
     )
 

@@ -7,27 +7,10 @@ laws with a memory take, is ``c.held[1]``.
 
 from math import isfinite, tanh
 
+from cabledrive.control import numbers
 from cabledrive.control.backstepping_recursion import backstepping_steps, parts_of, signal_count
 from cabledrive.control.load_schedule import scheduled_command
-from cabledrive.control.numbers import (
-    BY_REFERENCE,
-    DARC,
-    DESIRED,
-    GAIN,
-    HIGH,
-    INTERVAL,
-    K_SIGMA,
-    LEARNING,
-    LIMIT,
-    LINEAR,
-    LOW,
-    OWN,
-    REFERENCE_MODEL,
-    SCHEDULED,
-    SLOPE,
-    ControllerState,
-    LawNumbers,
-)
+from cabledrive.control.numbers import ControllerState, LawNumbers
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.parameters.arrays import Array
 
@@ -58,13 +41,13 @@ def _command(n: int, law: LawNumbers, c: ControllerState, reference: Array, k: i
              = \sum_jR_j\Big(z_{2j} - \sum_{i>2j}\frac{\partial\alpha_{i-1}}{\partial x_{2j}}z_i\Big)
     """
     states, scales, tau = c.states, law.rows[0], c.regressor
-    last, known, speed = 2 * n, law.scalars[BY_REFERENCE] > 0.0, states[n]
+    last, known, speed = 2 * n, law.scalars[numbers.BY_REFERENCE] > 0.0, states[n]
     rows, rates, regressors, x, z = _parts(c.table, n)
     x[0], x[1] = states[n - 1], states[last - 1]
     for j in range(1, n):
         x[2 * j] = scales[j - 1] * (states[n - 1 - j] - states[n - j])
         x[2 * j + 1] = scales[j - 1] * (states[last - 1 - j] - states[last - j])
-    friction = tanh(law.scalars[SLOPE] * (reference[k, _signals(n, known)] if known else speed))
+    friction = tanh(law.scalars[numbers.SLOPE] * (reference[k, _signals(n, known)] if known else speed))
     u = _steps(
         n, law.matrix, scales, known, c.parameters, x, reference[k], speed, friction, rows, rates,
         regressors, z,
@@ -89,11 +72,13 @@ KEPT, GATE, RENEWED = 1, 2, 3
 @njit_in_place
 def adapt(law: LawNumbers, c: ControllerState, sigma: float) -> None:
     """Estimates one sample on, by projected and limited adaptation, Eq. (6.24)."""
-    learning, estimate, interval = law.learning, c.parameters, law.scalars[INTERVAL]
+    learning, estimate, interval = law.learning, c.parameters, law.scalars[numbers.INTERVAL]
     for i in range(learning.shape[1]):
-        rate = learning[GAIN, i] * c.regressor[i] * sigma
-        rate = min(max(rate, -learning[LIMIT, i]), learning[LIMIT, i])
-        estimate[i] = min(max(estimate[i] + interval * rate, learning[LOW, i]), learning[HIGH, i])
+        rate = learning[numbers.GAIN, i] * c.regressor[i] * sigma
+        rate = min(max(rate, -learning[numbers.LIMIT, i]), learning[numbers.LIMIT, i])
+        estimate[i] = min(
+            max(estimate[i] + interval * rate, learning[numbers.LOW, i]), learning[numbers.HIGH, i]
+        )
 
 
 @njit_in_place
@@ -115,9 +100,9 @@ def darc_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) 
         q += rows[2, i] * z
     q += rows[2, n2] * z_eq
     speed, speed_d = states[n2 // 2], reference[k, n2 + 1]
-    friction = tanh(scalars[SLOPE] * (speed_d if scalars[BY_REFERENCE] > 0.0 else speed))
-    u += estimate[2] * friction - estimate[3] - scalars[K_SIGMA] * sigma
-    if scalars[DESIRED] > 0.0:
+    friction = tanh(scalars[numbers.SLOPE] * (speed_d if scalars[numbers.BY_REFERENCE] > 0.0 else speed))
+    u += estimate[2] * friction - estimate[3] - scalars[numbers.K_SIGMA] * sigma
+    if scalars[numbers.DESIRED] > 0.0:
         q_d = reference[k, n2 + 2]
         u += learning[0, 0] * (q - q_d) + estimate[0] * q_d
         u += learning[0, 1] * (speed - speed_d) + estimate[1] * speed_d
@@ -156,13 +141,13 @@ def learn_from_innovations(law: LawNumbers, c: ControllerState, reference: Array
             for j in range(p):
                 for other in range(p):
                     estimate[p + j * p + other] *= 1.0 - renewed
-                estimate[p + j * p + j] += renewed * learning[GAIN, j]
+                estimate[p + j * p + j] += renewed * learning[numbers.GAIN, j]
             continue
         if spread <= 0.0:
             continue
         for j in range(p):
             value = estimate[j] + direction[j] * error / (1.0 + spread)
-            estimate[j] = min(max(value, learning[LOW, j]), learning[HIGH, j])
+            estimate[j] = min(max(value, learning[numbers.LOW, j]), learning[numbers.HIGH, j])
         # Only the direction that was excited is forgotten, and never below its information: no wind-up.
         shrink = max(kept * spread - (1.0 - kept), 0.0) / (spread * kept * (1.0 + spread))
         for j in range(p):
@@ -228,20 +213,20 @@ def law_step(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> t
     for j in range(c.states.size):
         if not isfinite(c.states[j]):
             return last, 0.0, False
-    if law.kind == OWN:  # the user's own, which only the loops made for it can step
+    if law.kind == numbers.OWN:  # the user's own, which only the loops made for it can step
         return last, 0.0, False
-    if law.kind == DARC:
+    if law.kind == numbers.DARC:
         u, sigma = darc_command(law, c, reference, k)
         drive = sigma
-    elif law.kind == LINEAR or law.kind == LEARNING:
-        if law.kind == LEARNING:
+    elif law.kind == numbers.LINEAR or law.kind == numbers.LEARNING:
+        if law.kind == numbers.LEARNING:
             learn_from_innovations(law, c, reference, k)
         u, sigma = feedback_command(law, c, reference, k)
         drive = 0.0
-    elif law.kind == SCHEDULED:
+    elif law.kind == numbers.SCHEDULED:
         u, sigma = scheduled_command(law, c, reference, k)
         drive = 0.0
-    elif law.kind == REFERENCE_MODEL:
+    elif law.kind == numbers.REFERENCE_MODEL:
         u, sigma = reference_model_command(law, c, reference, k)
         drive = sigma
     else:
@@ -249,6 +234,6 @@ def law_step(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> t
         drive = 1.0
     if not isfinite(u):
         return last, sigma, False
-    if law.kind != LINEAR and law.kind != LEARNING and law.kind != SCHEDULED:
+    if law.kind != numbers.LINEAR and law.kind != numbers.LEARNING and law.kind != numbers.SCHEDULED:
         adapt(law, c, drive)
     return u, sigma, True

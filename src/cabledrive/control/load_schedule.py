@@ -12,19 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cabledrive.control import numbers
 from cabledrive.control.linear_laws import FRICTION_SLOPE
-from cabledrive.control.numbers import (
-    BY_LOAD,
-    HIGH,
-    KALMAN,
-    LINEAR,
-    LOW,
-    SCHEDULED,
-    ControllerState,
-    LawNumbers,
-    ObserverNumbers,
-    learning_table,
-)
+from cabledrive.control.numbers import ControllerState, LawNumbers, ObserverNumbers
 from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -64,10 +54,10 @@ def scheduled_law(laws: Sequence[LawNumbers], schedule: LoadSchedule, coulomb: f
     """One law of linear ones with an integral, one per point; ``coulomb`` friction [N m] is fed forward."""
     one = laws[0]
     return LawNumbers(
-        kind=SCHEDULED,
+        kind=numbers.SCHEDULED,
         matrix=one.matrix,
         rows=np.vstack([law.rows for law in laws]),
-        learning=learning_table(*(np.array([v]) for v in (1.0, schedule.low, schedule.high, 0.0))),
+        learning=numbers.learning_table(*(np.array([v]) for v in (1.0, schedule.low, schedule.high, 0.0))),
         scalars=np.array([one.scalars[0], schedule.first, schedule.step, coulomb, FRICTION_SLOPE, 1.0, 0.0]),
     )
 
@@ -76,7 +66,7 @@ def scheduled_filter(filters: Sequence[ObserverNumbers], schedule: LoadSchedule)
     """One filter of the settled ones of each point of a schedule."""
     one = filters[0]
     return one._replace(
-        kind=BY_LOAD,
+        kind=numbers.BY_LOAD,
         model=np.ascontiguousarray(np.vstack([seen.model for seen in filters])),
         gains=np.ascontiguousarray(np.concatenate([seen.gains[-1:] for seen in filters])),
         scalars=np.concatenate((one.scalars, [schedule.first, schedule.step])),
@@ -92,23 +82,23 @@ def between(tables: Array, first: float, step: float, value: float) -> Array:
 
 def law_at(law: LawNumbers, load: float) -> LawNumbers:
     """The linear law that a scheduled one is under a load, a factor in its range; any other as it is."""
-    if law.kind != SCHEDULED:
+    if law.kind != numbers.SCHEDULED:
         return law
-    load = min(max(load, law.learning[LOW, 0]), law.learning[HIGH, 0])
+    load = min(max(load, law.learning[numbers.LOW, 0]), law.learning[numbers.HIGH, 0])
     row = between(law.rows, law.scalars[1], law.scalars[2], 1.0 / load)
     scalars = law.scalars.copy()
     scalars[1:5] = 0.0
-    return law._replace(kind=LINEAR, rows=row[None], learning=np.zeros((5, 0)), scalars=scalars)
+    return law._replace(kind=numbers.LINEAR, rows=row[None], learning=np.zeros((5, 0)), scalars=scalars)
 
 
 def filter_at(observer: ObserverNumbers, load: float) -> ObserverNumbers:
     """The Kalman filter that a scheduled one is under a load, as a factor; any other as it is."""
-    if observer.kind != BY_LOAD:
+    if observer.kind != numbers.BY_LOAD:
         return observer
     states, (first, step) = observer.output.shape[1], observer.scalars[9:]
     models = observer.model.reshape(-1, states, observer.model.shape[1])
     return observer._replace(
-        kind=KALMAN,
+        kind=numbers.KALMAN,
         model=np.ascontiguousarray(between(models, first, step, 1.0 / load)),
         gains=between(observer.gains, first, step, 1.0 / load)[None],
         scalars=observer.scalars[:9].copy(),
@@ -119,7 +109,7 @@ def filter_at(observer: ObserverNumbers, load: float) -> ObserverNumbers:
 def announced_load(law: LawNumbers, reference: Array, k: int) -> float:
     """Factor of the load that row k announces; beyond the range of the design its nearer end."""
     told = reference[k, reference.shape[1] - 1]
-    return min(max(told, law.learning[LOW, 0]), law.learning[HIGH, 0])
+    return min(max(told, law.learning[numbers.LOW, 0]), law.learning[numbers.HIGH, 0])
 
 
 @njit_in_place

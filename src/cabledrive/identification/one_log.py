@@ -8,19 +8,13 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from cabledrive.identification import estimates
 from cabledrive.identification.axis.answer import IdentifyOptions, answer
 from cabledrive.identification.axis.axis import AxisOptions, Rows, axis_of
 from cabledrive.identification.axis.check import NOT_MADE
 from cabledrive.identification.axis.equation import FILTERS, FRICTIONS, PRINTED_SLOPE, FrictionModel, settling
 from cabledrive.identification.axis.timing import TIMINGS
-from cabledrive.identification.estimates import (
-    Factors,
-    Identification,
-    factor,
-    joined,
-    merged,
-    suited_segments,
-)
+from cabledrive.identification.estimates import Factors, Identification
 from cabledrive.identification.logs.log import BLOCK_ROWS, DataReport, Log, column_map
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log, open_log, read_log
 from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
@@ -71,16 +65,16 @@ def identify_long_log(
         used += found.left.size
         reports.append(block.report)
         if sum(part.triangles.shape[0] for part in parts) > MOST_FACTORS:
-            parts = [merged(joined(parts), 2)]
+            parts = [estimates.merged(estimates.joined(parts), 2)]
     if axis is None:
         raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
-    found_all = axis.answer(suited_segments(joined(parts)), np.sqrt(squares / used))
+    found_all = axis.answer(estimates.suited_segments(estimates.joined(parts)), np.sqrt(squares / used))
     whole = _whole(reports, rows - still, still)
     return replace(found_all.noting(blocks=len(reports)), reports=(whole,))
 
 
 def _factors(rows: Rows) -> Factors:
-    return factor(rows.regressors, rows.left, rows.names, SEGMENTS_PER_BLOCK)
+    return estimates.factor(rows.regressors, rows.left, rows.names, SEGMENTS_PER_BLOCK)
 
 
 def _checked_blocks(

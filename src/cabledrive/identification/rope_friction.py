@@ -26,17 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from cabledrive.identification import estimates
 from cabledrive.identification.axis.axis import channels_of
-from cabledrive.identification.estimates import (
-    Estimate,
-    Fit,
-    by_label,
-    factor,
-    joined,
-    only,
-    solve,
-    suited_segments,
-)
+from cabledrive.identification.estimates import Estimate, Fit
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.identification.two_sides import TwoSides
@@ -145,8 +137,8 @@ def _fit(rows: Sequence[_Rows], frictions: Sequence[Array]) -> tuple[Fit, Array]
         strokes.append(stroke + number)
         number += int(stroke.max()) + 1
     matrix, torque = np.vstack(blocks), np.concatenate([own[0] for own in rows])
-    whole = by_label(matrix, torque, np.concatenate(strokes))
-    fit, rigid = solve(whole), solve(only(whole, whole.names[:-2]))
+    whole = estimates.by_label(matrix, torque, np.concatenate(strokes))
+    fit, rigid = estimates.solve(whole), estimates.solve(estimates.only(whole, whole.names[:-2]))
     return fit, np.abs(fit.values[: len(frictions[0])] - rigid.values[: len(frictions[0])])
 
 
@@ -275,8 +267,10 @@ def _twist(motions: Sequence[Mapping[str, Array]], paths: Sequence[Array]) -> tu
         rows = np.column_stack([*(m[name] for name in BESIDE), path, m["twist"]])
         step, edge = (max(1, int(time / (BAND * float(m["interval"])))) for time in (0.02, 2.0))
         rows = rows[edge:-edge:step] - rows[edge:-edge:step].mean(axis=0)
-        parts.append(factor(rows[:, :-1], rows[:, -1], (*BESIDE, "slip"), 60))
-    whole = joined(parts)
-    fit, plain = (solve(suited_segments(one)) for one in (whole, only(whole, BESIDE)))
+        parts.append(estimates.factor(rows[:, :-1], rows[:, -1], (*BESIDE, "slip"), 60))
+    whole = estimates.joined(parts)
+    fit, plain = (
+        estimates.solve(estimates.suited_segments(one)) for one in (whole, estimates.only(whole, BESIDE))
+    )
     left = (fit.residual / plain.residual) ** 2 if plain.residual > 0.0 else 1.0
     return fit, float(fit.values[-1]), float(np.sqrt(fit.covariance[-1, -1])), left

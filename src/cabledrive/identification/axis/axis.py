@@ -9,26 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.identification import estimates
 from cabledrive.identification.axis.equation import LAG, AxisEquation, FrictionModel, settling
-from cabledrive.identification.estimates import (
-    Estimate,
-    Factors,
-    Finding,
-    Fit,
-    Identification,
-    factor,
-    joined,
-    only,
-    readable,
-    solve,
-    suited_segments,
-    triangle,
-    unidentifiable_parameters,
-    unidentifiable_words,
-    unit_of,
-    weak_parameters,
-    weak_words,
-)
+from cabledrive.identification.estimates import Estimate, Factors, Finding, Fit, Identification
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import chosen_bandwidth
 from cabledrive.parameters import InputRefused
@@ -122,7 +105,7 @@ class Axis:
 
     def with_kink(self, factors: Factors) -> "Axis":
         """The axis with friction over inertia from a first pass; as it is where the friction has no jump."""
-        fit = solve(factors)
+        fit = estimates.solve(factors)
         found = dict(zip(fit.names, fit.values, strict=True))
         inertia = found[self.equation.inertia]
         if self.equation.friction.kind in ("tanh", "viscous") or inertia <= 0.0:
@@ -140,7 +123,7 @@ class Axis:
     def regressed(self) -> Identification:
         """By inverse dynamics, Eq. (4.16)."""
         parts = self.rows()
-        factors = suited_segments(factors_of(parts))
+        factors = estimates.suited_segments(factors_of(parts))
         sizes = np.sqrt(np.mean(np.vstack([rows.regressors for rows in parts]) ** 2, axis=0))
         found = self.answer(factors, sizes, 0.5 * self.interval)
         speed = np.concatenate([rows.speed for rows in parts])
@@ -157,13 +140,15 @@ class Axis:
         torque acts, where the regression leaves that free and cannot find it beside the parameters [s].
         """
         fit, equation = _without_lag(factors, doubt), self.equation
-        none = unidentifiable_parameters(fit)
-        weak = weak_parameters(fit, sizes[: len(fit.names)]) - none
-        words = unidentifiable_words(fit) + tuple(weak_words(name) for name in fit.names if name in weak)
+        none = estimates.unidentifiable_parameters(fit)
+        weak = estimates.weak_parameters(fit, sizes[: len(fit.names)]) - none
+        words = estimates.unidentifiable_words(fit) + tuple(
+            estimates.weak_words(name) for name in fit.names if name in weak
+        )
         parameters = {}
         errors = np.sqrt(np.diag(fit.covariance))
         for name, value, error, half in zip(fit.names, fit.values, errors, fit.half_width(), strict=True):
-            one = Estimate.of(value, unit_of(name, equation.linear), error, half)
+            one = Estimate.of(value, estimates.unit_of(name, equation.linear), error, half)
             unknown = Estimate.unknown(one.unit, "not identifiable from the log")
             parameters[name] = unknown if name in none | weak else one
         method: dict[str, Any] = {
@@ -247,7 +232,9 @@ def values_of(found: Identification) -> Array:
 def stacked(names: tuple[str, ...], parts: Sequence[tuple[Array, Array]], shortest: int = 20) -> Factors:
     """Regressors and left sides of several logs as one regression, in segments of so many rows at least."""
     count = max(12, SHORT_SEGMENTS // len(parts))
-    return joined([factor(x, y, names, max(2, min(count, y.size // shortest))) for x, y in parts])
+    return estimates.joined(
+        [estimates.factor(x, y, names, max(2, min(count, y.size // shortest))) for x, y in parts]
+    )
 
 
 def factors_of(parts: Sequence[Rows]) -> Factors:
@@ -257,16 +244,16 @@ def factors_of(parts: Sequence[Rows]) -> Factors:
 
 def _without_lag(factors: Factors, doubt: float) -> Fit:
     """The fit of the parameters, the instant of the torque taken out: estimated beside them, or doubted."""
-    fit = solve(factors)
+    fit = estimates.solve(factors)
     if LAG not in factors.names:
         return fit
     count = len(factors.names) - 1
-    plain = solve(only(factors, factors.names[:count]))
+    plain = estimates.solve(estimates.only(factors, factors.names[:count]))
     if not (fit.unidentifiable.size or np.sqrt(fit.covariance[-1, -1]) > LEAST_DETERMINED * doubt):
         values, covariance = fit.values[:count], fit.covariance[:count, :count]
         kept = replace(fit, names=plain.names, values=values, covariance=covariance)
         return replace(kept, condition=plain.condition)
-    whole = triangle(factors.triangles.reshape(-1, count + 2))
+    whole = estimates.triangle(factors.triangles.reshape(-1, count + 2))
     moved = doubt * np.linalg.lstsq(whole[:count, :count], whole[:count, count], rcond=None)[0]
     return replace(plain, covariance=plain.covariance + np.outer(moved, moved))
 
@@ -281,5 +268,5 @@ def _implausible(parameters: dict[str, Estimate]) -> tuple[Finding, ...]:
             if not against:
                 hint = "the friction model does not fit this axis"
             words = f"is identified as negative ({estimate.value:.4g} {estimate.unit})"
-            found.append(Finding("negative", f"{readable(name)} {words}: {hint}"))
+            found.append(Finding("negative", f"{estimates.readable(name)} {words}: {hint}"))
     return tuple(found)

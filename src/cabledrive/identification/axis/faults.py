@@ -27,30 +27,13 @@ from math import exp
 import numpy as np
 from scipy import signal, stats
 
+from cabledrive.identification import estimates
+from cabledrive.identification.axis import observer
 from cabledrive.identification.axis.axis import BASE, Axis, stacked, values_of
 from cabledrive.identification.axis.equation import LAG, loosen
-from cabledrive.identification.axis.observer import (
-    HELD_DOUBT,
-    HOLD,
-    NUISANCE,
-    SLOWER,
-    NotReproduced,
-    Observed,
-    Prediction,
-    observed,
-)
+from cabledrive.identification.axis.observer import NotReproduced, Observed, Prediction
 from cabledrive.identification.axis.simulated import Case, case_of, refined, weighed_cases
-from cabledrive.identification.estimates import (
-    MOST_SEGMENTS,
-    Factors,
-    Fit,
-    Identification,
-    only,
-    scores,
-    solve,
-    suited_segments,
-    triangle,
-)
+from cabledrive.identification.estimates import Factors, Fit, Identification
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
@@ -181,17 +164,17 @@ def _strongest(found: Iterable[Evidence]) -> tuple[Evidence, ...]:
 def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence, ...]:
     """Evidence for each fault in logs of any torque, the best of each, that which explains most first."""
     values = values_of(found)
-    seen = observed(axis, values, SLOWER)
+    seen = observer.observed(axis, values, observer.SLOWER)
     for _ in range(ROUNDS):
-        values = values + solve(seen.factors(values)).values[: len(BASE)]
+        values = values + estimates.solve(seen.factors(values)).values[: len(BASE)]
         if not np.all(np.isfinite(values)) or values[0] <= 0.0 or values[2] < 0.0:
             raise NotReproduced
 
     def factors_of(these: Observed) -> Factors:
-        return these.factors(values, lambda run: _fault_torques(axis, run), HELD_DOUBT)
+        return these.factors(values, lambda run: _fault_torques(axis, run), observer.HELD_DOUBT)
 
     factors = factors_of(seen)
-    names = tuple(name for name in factors.names if name not in (*NUISANCE, HOLD))
+    names = tuple(name for name in factors.names if name not in (*observer.NUISANCE, observer.HOLD))
     every = [_by_innovations(factors, name, len(names) + 1) for name in (*names, DELAY)]
     if abs(every[-1].value) <= axis.interval:  # less than a sample is left free
         del every[-1]
@@ -200,7 +183,7 @@ def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence
         for k, e in enumerate(every):
             misses = [_factor_of(made, e.name) for made in sound]
             unseen = max(0.0, float(np.mean([float(fit.values[-1]) ** 2 - b**2 for fit, b in misses])))
-            doubt = float(_factor_of(factors, e.name, HOLD)[0].values[-1])
+            doubt = float(_factor_of(factors, e.name, observer.HOLD)[0].values[-1])
             every[k] = replace(e, error=float(np.sqrt(e.error**2 + unseen + doubt**2)))
     repeated = float(np.sqrt(seen.repetition(values)))
     every = [replace(e, error=repeated * e.error) for e in every]
@@ -230,11 +213,11 @@ def _fault_torques(axis: Axis, run: Prediction) -> dict[str, Array]:
 
 def _factor_of(factors: Factors, name: str, left: str = "") -> tuple[Fit, float]:
     """The fit whose last factor is that of one disturbance, and its standard error by differences."""
-    names = NUISANCE if name == DELAY else (*NUISANCE, name)
-    part = only(factors, names, left)
-    fit = solve(part)
-    whole = triangle(part.triangles.reshape(-1, len(names) + 1))[: len(names), :-1]
-    inner = np.linalg.lstsq(whole.T, scores(part, fit.values).T, rcond=None)[0]
+    names = observer.NUISANCE if name == DELAY else (*observer.NUISANCE, name)
+    part = estimates.only(factors, names, left)
+    fit = estimates.solve(part)
+    whole = estimates.triangle(part.triangles.reshape(-1, len(names) + 1))[: len(names), :-1]
+    inner = np.linalg.lstsq(whole.T, estimates.scores(part, fit.values).T, rcond=None)[0]
     moved = np.linalg.lstsq(whole, inner, rcond=None)[0][-1]
     error = np.sqrt(0.5 * np.sum(np.diff(moved) ** 2) * moved.size / (moved.size - 1))
     return fit, float(error)
@@ -242,7 +225,7 @@ def _factor_of(factors: Factors, name: str, left: str = "") -> tuple[Fit, float]
 
 def _by_innovations(factors: Factors, name: str, tried: int) -> Evidence:
     whole, error = _factor_of(factors, name)
-    without = solve(only(factors, BASE if name == DELAY else NUISANCE))
+    without = estimates.solve(estimates.only(factors, BASE if name == DELAY else observer.NUISANCE))
     return Evidence(
         name=name,
         value=float(whole.values[-1]),
@@ -264,7 +247,7 @@ def evidence_by_lines(axis: Axis, answer: Identification) -> tuple[Evidence, ...
             del answers[DELAY]
         names = (*BASE, "start", *answers)
         parts.append((np.column_stack([slopes[:, :5], *answers.values()]), residual))
-    factors = suited_segments(stacked(names, parts, 40))
+    factors = estimates.suited_segments(stacked(names, parts, 40))
     tried = tuple(name for name in names[len(BASE) + 1 :] if name != LAG)
     return _strongest(_by_lines(factors, name, len(tried)) for name in tried)
 
@@ -302,7 +285,9 @@ def _by_lines(factors: Factors, name: str, tried: int) -> Evidence:
     rigid = (*BASE, "start", *((LAG,) if LAG in factors.names else ()))
     family = FAULTS[name.partition(":")[0]][0]
     kin = tuple(n for n in factors.names if FAULTS.get(n.partition(":")[0], ("",))[0] == family)
-    without, beside, whole = (solve(only(factors, (*rigid, *n))) for n in ((), (name,), kin))
+    without, beside, whole = (
+        estimates.solve(estimates.only(factors, (*rigid, *n))) for n in ((), (name,), kin)
+    )
     power = max(without.residual**2, 1e-300)
     return Evidence(
         name=name,
@@ -347,7 +332,7 @@ def other_law(axis: Axis, answer: Identification, suspected: Sequence[Evidence])
 
 def _squares(axis: Axis, values: Array, weights: Sequence[Array | None]) -> Array:
     """Weighted squares of the residuals in segments of all logs; the torque's instant is free."""
-    sums, count = [], max(6, MOST_SEGMENTS // len(axis.logs))
+    sums, count = [], max(6, estimates.MOST_SEGMENTS // len(axis.logs))
     for log, weight in zip(axis.logs, weights, strict=True):
         case = replace(case_of(axis, log), weights=weight)
         residual, slopes = case.residual(values, case.start)

@@ -19,20 +19,11 @@ import numpy as np
 from scipy import fft, signal
 from scipy.linalg import solve_discrete_lyapunov, solve_toeplitz
 
+from cabledrive.identification import estimates
 from cabledrive.identification.axis.axis import BASE, Axis
 from cabledrive.identification.axis.equation import answers, observe, settling, shadow
 from cabledrive.identification.axis.timing import spectral_lines
-from cabledrive.identification.estimates import (
-    FEWEST_SEGMENTS,
-    MOST_SEGMENTS,
-    Factors,
-    Fit,
-    factor,
-    joined,
-    only,
-    solve,
-    suited_segments,
-)
+from cabledrive.identification.estimates import Factors, Fit
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
@@ -122,7 +113,7 @@ class Prediction:
         white = white[:, edge + ORDER : size]
         if white.shape[1] < SHORTEST * segments:
             raise NotComputed(f"{white.shape[1]} samples are too few for {segments} segments: record longer")
-        return factor(white[:-1].T, white[-1], tuple(torques), segments)
+        return estimates.factor(white[:-1].T, white[-1], tuple(torques), segments)
 
     def answers_to_angle(self, torque: Array, late: int) -> bool:
         """Whether the torque as logged answers to what was not predicted, as in a feedback loop."""
@@ -154,21 +145,23 @@ class Observed:
         """Innovations of all logs against what disturbances add; ``hold``: doubt about the torque's mean."""
         parts = []
         for run in self.runs(values):
-            most = min(MOST_SEGMENTS // len(self.tracks), run.track.position.size // SEGMENT)
+            most = min(estimates.MOST_SEGMENTS // len(self.tracks), run.track.position.size // SEGMENT)
             lag = np.gradient(run.track.torque, run.track.interval)
             columns = (-run.acceleration, -run.speed, -run.direction, np.ones_like(run.speed), lag)
             torques = dict(zip(NUISANCE, columns, strict=True)) | (faults(run) if faults else {})
             if hold > 0.0:
                 torques[HOLD] = hold * np.diff(run.track.torque, 2, prepend=0.0, append=0.0)
-            parts.append(run.regression(torques, max(FEWEST_SEGMENTS, most)))
-        return joined(parts)
+            parts.append(run.regression(torques, max(estimates.FEWEST_SEGMENTS, most)))
+        return estimates.joined(parts)
 
     def fit(self, values: Array, lag: bool) -> Fit:
         """Corrections of the parameters, and of the torque's instant where that is free."""
         factors = self.factors(values)
         if not np.all(np.isfinite(factors.triangles)):
             raise NotReproduced
-        return solve(suited_segments(factors if lag else only(factors, BASE), each=True))
+        return estimates.solve(
+            estimates.suited_segments(factors if lag else estimates.only(factors, BASE), each=True)
+        )
 
     def twins(self, values: Array, seed: int) -> Iterator["Observed"]:
         """Logs of a rigid axis with Coulomb friction that moves beside the measured one."""
@@ -296,7 +289,9 @@ def _beside(track: Track, values: Array) -> tuple[Array, Array]:
 def _noises(run: Prediction) -> tuple[float, float]:
     """Deviations of the noise of angle and torque, from the power that innovations usually have."""
     track, h = run.track, run.track.interval
-    power = float(np.median([part.mean() for part in np.array_split(run.innovation**2, MOST_SEGMENTS)]))
+    power = float(
+        np.median([part.mean() for part in np.array_split(run.innovation**2, estimates.MOST_SEGMENTS)])
+    )
     # of the innovation for white noise of power 1 in the angle, and in the torque
     forward = np.array([[1.0, h], [0.0, 1.0]])
     corrected = forward @ (np.eye(2) - np.outer(run.gains[:2], [1.0, 0.0]))

@@ -21,18 +21,9 @@ from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.time_check import quantum_of
 from cabledrive.identification.signals import difference, zero_phase
+from cabledrive.identification.tension import family_fit
 from cabledrive.identification.tension.families import Family, Proposal, proposals
-from cabledrive.identification.tension.family_fit import (
-    ABOUT,
-    MISSING_PRICE,
-    PingTension,
-    SpanTension,
-    criterion,
-    excess,
-    family_tension,
-    fit_families,
-    line_widths,
-)
+from cabledrive.identification.tension.family_fit import PingTension, SpanTension
 from cabledrive.identification.tension.recording import SEARCHED, PreparedRecording, prepared_recording
 from cabledrive.identification.tension.strings import bare_tension, channels_of, section_modes, tensions_for
 from cabledrive.identification.tension.tones import Tones, TonesFit
@@ -77,10 +68,10 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
     fitted = _two_families(prepared, pairs, plucked)
     if fitted is None:
         family = singles[0][1][0]
-        one = fit_families(prepared, (family,))
+        one = family_fit.fit_families(prepared, (family,))
         if one is None:
             raise prepared.no_tone
-        doubtful = excess(prepared, one, 0) > SPLIT_EXCESS
+        doubtful = family_fit.excess(prepared, one, 0) > SPLIT_EXCESS
         split = _split(prepared, family, one) if doubtful and prepared.alike else None
         if split is None or not _apart(prepared, split):
             overlapping = split.residual < BETTER * one.residual if split else doubtful and not prepared.alike
@@ -161,7 +152,7 @@ def _tensions(
     for k, (span, value) in enumerate(zip(sections, tensions_for(drive, wanted), strict=True)):
         steep = 2.0 * (1.0 + value / drive.cable.axial_rigidity)
         bare = bare_tension(drive, float(tones.scale[k]) * float(prepared.teeth[span][0]))
-        found.append(family_tension(prepared, fit, k, span, (value, steep, bare)))
+        found.append(family_fit.family_tension(prepared, fit, k, span, (value, steep, bare)))
     return found
 
 
@@ -199,9 +190,11 @@ def _two_families(
     """The best of some assignments; None where there is none whose families are apart."""
     clear = []
     for score, families in pairs:
-        fit = fit_families(prepared, families)
+        fit = family_fit.fit_families(prepared, families)
         if fit is not None and _apart(prepared, fit) and not _has_tone_below(prepared, fit):
-            clear.append((criterion(fit, prepared.interval) - MISSING_PRICE * score, fit))
+            clear.append(
+                (family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score, fit)
+            )
     clear.sort(key=lambda one: one[0])
     rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]
     if prepared.alike or len(rivals) < 2:
@@ -229,7 +222,7 @@ def _strength(fit: TonesFit, family: int) -> float:
 
 def _apart(prepared: PreparedRecording, fit: TonesFit) -> bool:
     """Whether each of two families has a partial more than a line width from every mode of the other."""
-    tones, width = fit.tones, line_widths(fit, prepared.duration)
+    tones, width = fit.tones, family_fit.line_widths(fit, prepared.duration)
     for one, two in ((0, 1), (1, 0)):
         own = np.flatnonzero(tones.family == one)
         others = tones.scale[two] * prepared.factor * prepared.teeth[SPANS[two]]
@@ -243,7 +236,7 @@ def _has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
     """Whether a family may be every second or third mode of a lower one, whose first is among other tones."""
     tones = fit.tones
     free = tones.number == 0
-    reach = ABOUT * line_widths(fit, prepared.duration)[free]
+    reach = family_fit.ABOUT * family_fit.line_widths(fit, prepared.duration)[free]
     for first in np.flatnonzero(tones.number == 1):
         loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
         for whole in WHOLE:
@@ -271,7 +264,7 @@ def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesF
     loudest = one.tones.number[own][int(np.argmax(one.amplitude[own]))]
     best: TonesFit | None = None
     for share in (0.25, 1.0):
-        fit = fit_families(prepared, (family, family), _doubled(one.tones, share * width))
+        fit = family_fit.fit_families(prepared, (family, family), _doubled(one.tones, share * width))
         if fit is None or abs(fit.tones.scale[1] / fit.tones.scale[0] - 1.0) > 4.0 * width:
             continue
         both = all(loudest in fit.tones.number[fit.tones.family == k] for k in (0, 1))

@@ -9,17 +9,9 @@ from scipy import optimize, stats
 
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
+from cabledrive.identification.tension import family_fit
 from cabledrive.identification.tension.families import proposals
-from cabledrive.identification.tension.family_fit import (
-    MISSING_PRICE,
-    PingTension,
-    SpanTension,
-    criterion,
-    family_tension,
-    fit_families,
-    widened,
-    with_silent_partials,
-)
+from cabledrive.identification.tension.family_fit import PingTension, SpanTension
 from cabledrive.identification.tension.recording import (
     PARTIALS,
     SEARCHED,
@@ -76,15 +68,15 @@ def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTensi
     singles, _ = proposals(peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
     pings: list[tuple[bool, float, TonesFit]] = []
     for score, families in singles:
-        tried = fit_families(prepared, families)
+        tried = family_fit.fit_families(prepared, families)
         if tried is not None and tried.amplitude[tried.tones.family == 0].max() > prepared.least:
-            cost = criterion(tried, prepared.interval) - MISSING_PRICE * score
+            cost = family_fit.criterion(tried, prepared.interval) - family_fit.MISSING_PRICE * score
             pings.append((_share(tried) < 0.5, cost, tried))
             if _share(tried) > ALONE and np.sum(tried.tones.family == 0) > 2:
                 break
     if not pings:
         raise prepared.no_tone
-    fit = with_silent_partials(prepared, min(pings, key=lambda one: one[:2])[2])
+    fit = family_fit.with_silent_partials(prepared, min(pings, key=lambda one: one[:2])[2])
     tones, own = fit.tones, fit.tones.family == 0
     first = float(tones.scale[0] * prepared.factor * string.modes[0])
     require_ping(log.channel(channel), log.interval, first, f"{log.source}: {channel}")
@@ -93,7 +85,7 @@ def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTensi
     value = string.tension_for(lowest, hertz)
     steep = 1e4 * (string.tension_for(lowest, hertz * 1.0001) / value - 1.0)
     bare = string.bare(float(tones.scale[0]) * float(string.modes[0]))
-    found = family_tension(prepared, fit, 0, string.span, (value, steep, bare))
+    found = family_fit.family_tension(prepared, fit, 0, string.span, (value, steep, bare))
     clear = float(np.sqrt(np.mean((fit.offset[own] / fit.offset_error[own]) ** 2))) > INCONSISTENT
     apart = found.spread if clear else 0.0
     _require_string(prepared, fit, apart)
@@ -247,7 +239,7 @@ def tension_of_route_span(log: Log, drive: RoutedDrive, span: str) -> PingTensio
         f"up to {100 * coupled:.2g} %"
     )
     findings = (*found.findings, words) if coupled > COUPLED else found.findings
-    found = replace(found, tension=widened(found.tension, extra), findings=findings)
+    found = replace(found, tension=family_fit.widened(found.tension, extra), findings=findings)
     return PingTension(spans={span: found}, report=log.report)
 
 
