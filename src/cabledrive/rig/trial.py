@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -322,13 +323,10 @@ def best_words(spec: DesignSpec) -> dict[str, Any]:
     tuned, reached = best_law(_compared(spec))
     several, found = spec.motion.pulses > 1, []
     for name, scores in reached:
-        words: dict[str, Any] = {"name": name, "worst_deg": None, "median_deg": None}
-        if scores is not None:
-            errors = scores.errors(learns=several and name in LEARNS) / DEGREE
-            worst, median = float(errors.max()), float(np.median(errors))
-            words["worst_deg"] = worst if np.isfinite(worst) else None
-            words["median_deg"] = median if np.isfinite(median) else None
-        found.append(words)
+        errors = np.full(1, inf) if scores is None else scores.errors(learns=several and name in LEARNS)
+        figures = {"worst_deg": errors.max() / DEGREE, "median_deg": np.median(errors / DEGREE)}
+        seen = {key: float(one) if np.isfinite(one) else None for key, one in figures.items()}
+        found.append({"name": name} | seen)
     return {
         "controller": tuned.name,
         "draws": BEST_DRAWS,

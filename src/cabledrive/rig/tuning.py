@@ -233,14 +233,11 @@ def _tuned(
         raise NotComputed(f"{name}: no loop can be made at any bandwidth: give one")
     kept = [one for one in found if one.accepted]
     if kept:
-        errors = [
-            over(disturbed_loops(one.loop, disturbances, TUNING_SEED, range(TUNING_DRAWS)))
-            .errors(learns=False)
-            .max()
-            if worst is None
-            else worst(one.loop.controller)
-            for one in kept
-        ]
+        errors = []
+        for one in kept:
+            drawn = disturbed_loops(one.loop, disturbances, TUNING_SEED, range(TUNING_DRAWS))
+            largest = over(drawn).errors(learns=False).max() if worst is None else worst(one.loop.controller)
+            errors.append(largest)
         best = kept[int(np.argmin(errors))]
         best = best if np.isfinite(min(errors)) else replace(best, reached=0.0)
     else:

@@ -1,7 +1,7 @@
 """A body between two motors in closed loop, compiled; runs of one plant and of many."""
 
 from dataclasses import dataclass
-from math import ceil, exp, pi
+from math import ceil, exp, inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -259,17 +259,16 @@ def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str,
     """Run drawn plants with gusts; how many kept every line tight, and the least share that this shows."""
     if not 0 < draws <= MOST_DRAWS:
         raise InputRefused(f"draws = {draws} must lie between 1 and {MOST_DRAWS}: ask for fewer")
-    least, errors, used = [], [], []
-    bound = bound_of_place(setup)
+    rows, bound, m = [], bound_of_place(setup), setup.machine.numbers.mass.size
     for _ in range(draws):
-        actual = drawn_plant(setup, rng)
-        done = run_plant(setup, actual, drawn_gusts(setup, rng), rng)
-        m = actual.mass.size
-        complete = len(done.record) == len(setup.table)
-        least.append(float(done.least.min()) if complete else 0.0)
-        off = done.record[:, :m] - setup.table[: len(done.record), :m]
-        errors.append(float(np.sqrt((off**2).sum(axis=1)).max()) if complete else np.inf)
-        used.append(part_used(bound, off) if complete else np.inf)
+        done = run_plant(setup, drawn_plant(setup, rng), drawn_gusts(setup, rng), rng)
+        found = 0.0, inf, inf
+        if len(done.record) == len(setup.table):
+            off = done.record[:, :m] - setup.table[:, :m]
+            away = float(np.sqrt((off**2).sum(axis=1)).max())
+            found = float(done.least.min()), away, part_used(bound, off)
+        rows.append(found)
+    least, errors, used = zip(*rows, strict=True)
     kept = sum(value >= setup.design.floor for value in least)
     return {
         "draws": draws,

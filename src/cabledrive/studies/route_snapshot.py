@@ -72,14 +72,13 @@ class Snapshot:
         own = [self.keys.index(keys[n]) for n in have]
         places = [(beside[key], beside[key].keys.index(key)) for key in keys]
         fewer, size = rearranged(self, "along", np.arange(count), np.ones(count)), len(keys)
+        shape = np.array([one.shape[:, place] for one, place in places])
         moved: dict[str, Any] = {
             "across": np.full(size, self.reach),
             "across_loss": np.array([one.across_loss[place] for one, place in places]),
             "across_turn": np.zeros((size, self.across_turn.shape[1])),
             "coupling": np.zeros((count, size, size)),
-            "shape": np.array([one.shape[:, place] for one, place in places])
-            .reshape(size, len(self.shape))
-            .T.copy(),
+            "shape": shape.reshape(size, len(self.shape)).T.copy(),
         }
         for name in ("across", "across_loss", "across_turn"):
             moved[name][have] = getattr(self, name)[own]
@@ -169,12 +168,8 @@ _SAME_NAME = 1e-3
 
 _AXES: dict[str, dict[str, tuple[int, ...]]] = {
     "along": {
-        "along": (0,),
-        "along_loss": (0,),
-        "along_turn": (0,),
-        "along_shape": (1,),
-        "strain": (1,),
-        "coupling": (0,),
+        **dict.fromkeys(("along", "along_loss", "along_turn", "coupling"), (0,)),
+        **dict.fromkeys(("along_shape", "strain"), (1,)),
     },
     "across": {"across": (0,), "across_loss": (0,), "across_turn": (0,), "shape": (1,), "coupling": (1, 2)},
 }

@@ -131,13 +131,8 @@ class Goals:
         """The motion that is planned, once nothing of it is open."""
         assert self.angle is not None
         assert self.duration is not None
-        return Motion(
-            angle=self.angle / DEGREE,
-            rise=self.duration,
-            dwell=self.dwell,
-            pulses=self.pulses,
-            order=self.order,
-        )
+        repeated: dict[str, Any] = {"dwell": self.dwell, "pulses": self.pulses, "order": self.order}
+        return Motion(angle=self.angle / DEGREE, rise=self.duration, **repeated)
 
 
 def load_goals(path: str | Path) -> Goals:
