@@ -11,20 +11,10 @@ from itertools import pairwise
 import numpy as np
 
 from cabledrive.control import bound as theory
+from cabledrive.control import numbers
 from cabledrive.control.bound import ErrorBound
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.load_schedule import law_at, with_load
-from cabledrive.control.numbers import (
-    DARC,
-    DESIRED,
-    ESTIMATES,
-    HIGH,
-    LEARNING,
-    LOW,
-    NOMINAL,
-    SCHEDULED,
-    LawNumbers,
-)
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain
@@ -72,9 +62,9 @@ class BoundCheck:
 
 def check_theorem(loop: Loop, log: Array) -> BoundCheck | None:
     """Bound of the theorem and sources of the error along a run; None for laws that have no bound here."""
-    if loop.controller.law.kind == LEARNING:
+    if loop.controller.law.kind == numbers.LEARNING:
         return check_learning(loop, log)
-    if loop.controller.law.kind == SCHEDULED and loop.controller.believed is not None:
+    if loop.controller.law.kind == numbers.SCHEDULED and loop.controller.believed is not None:
         return check_scheduled(loop, loop.controller.believed, log)
     bound = bound_along(loop, log)
     if bound is None:
@@ -82,7 +72,7 @@ def check_theorem(loop: Loop, log: Array) -> BoundCheck | None:
     made = loop.controller
     assert made.flat is not None
     assert made.bandwidth is not None
-    nominal = float(made.law.learning[NOMINAL, 0])
+    nominal = float(made.law.learning[numbers.NOMINAL, 0])
     share = float(true_parameters(loop)[0]) / nominal if nominal > 0.0 else 1.0
     off = law_states(loop, log) @ made.law.matrix.T - made.reference[: len(log), : 2 * made.flat.size]
     error = log[:, loop.chain.size - 1] - loop.target[: len(log)]
@@ -113,13 +103,13 @@ def load_along(loop: Loop, samples: int) -> Array:
 def bound_along(loop: Loop, log: Array) -> ErrorBound | None:
     """Bound of the theorem along a run, actuator and friction at rest counted; None for laws without one."""
     made, n = loop.controller, loop.chain.size
-    if made.law.kind != DARC or made.bandwidth is None or made.flat is None or len(log) < 2:
+    if made.law.kind != numbers.DARC or made.bandwidth is None or made.flat is None or len(log) < 2:
         return None
     column = 2 * n + 1 + len(loop.rig.encoders)
-    start = column + 3 + ESTIMATES
+    start = column + 3 + numbers.ESTIMATES
     delta = disturbance_bound(made.law, log[:, 2 * n], log[:, column])
     deviation = None
-    if made.law.scalars[DESIRED]:
+    if made.law.scalars[numbers.DESIRED]:
         deviation = theory.regressor_deviation(made.law, law_states(loop, log), made.reference[: len(log)])
     estimates = log[:, start : start + made.law.learning.shape[1]]
     times = made.flat.time_constants
@@ -132,10 +122,10 @@ def law_states(loop: Loop, log: Array) -> Array:
     return np.ascontiguousarray(log[:, [*places, *(loop.chain.size + i for i in places)]])
 
 
-def disturbance_bound(law: LawNumbers, shaft: Array, command: Array) -> Array:
+def disturbance_bound(law: numbers.LawNumbers, shaft: Array, command: Array) -> Array:
     """Bound of the disturbance: friction at rest, and torque less command, shape (samples,) [N m]."""
     late = np.abs(np.append(shaft[1:], shaft[-1]) - command)
-    return np.asarray(law.learning[HIGH][2] + late, dtype=np.float64)
+    return np.asarray(law.learning[numbers.HIGH][2] + late, dtype=np.float64)
 
 
 def check_learning(loop: Loop, log: Array) -> BoundCheck | None:
@@ -156,7 +146,7 @@ def check_learning(loop: Loop, log: Array) -> BoundCheck | None:
     true = ends[0] - ends[1]
     p = law.learning.shape[1]
     first = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3
-    kept = log[:, first : first + ESTIMATES]
+    kept = log[:, first : first + numbers.ESTIMATES]
     covariance = kept[:, p : p + p * p].reshape(-1, p, p)
     spread = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
     estimates = kept[:, :p]
@@ -196,7 +186,7 @@ def beyond(learning: Array, true: Array, estimates: Array, spread: Array) -> tup
     """What the bound takes for granted of the parameters and does not hold."""
     found = []
     for j, name in enumerate(NAMES):
-        low, high = learning[LOW, j], learning[HIGH, j]
+        low, high = learning[numbers.LOW, j], learning[numbers.HIGH, j]
         if not low <= true[j] <= high:
             found.append(f"{name} {true[j]:.4g} outside its bounds {low:.4g} to {high:.4g}")
         elif np.any(np.abs(estimates[:, j] - true[j]) > theory.DEVIATIONS * spread[:, j]):
@@ -238,7 +228,7 @@ class Segment:
 
     def __init__(
         self,
-        law: LawNumbers,
+        law: numbers.LawNumbers,
         believed: LumpedChain,
         load: float | None,
         interval: float,

@@ -23,20 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import expm, solve_discrete_lyapunov
 
+from cabledrive.control import numbers
 from cabledrive.control.backstepping import fixed_row
 from cabledrive.control.load_schedule import filter_at, law_at
-from cabledrive.control.numbers import (
-    BACKSTEPPING,
-    DARC,
-    HIGH,
-    KALMAN,
-    LEARNING,
-    LINEAR,
-    LOW,
-    NOMINAL,
-    REFERENCE_MODEL,
-    LawNumbers,
-)
 from cabledrive.control.reference import joint_motion
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -155,7 +144,7 @@ def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:
     States: of the filter, torque of its shaft, commands that it waits for, memory of the law, last command.
     """
     seen, law = filter_at(loop.observer, load), law_at(loop.controller.law, load)
-    if seen.kind != KALMAN:
+    if seen.kind != numbers.KALMAN:
         raise InputRefused("margins are those of a loop with the Kalman filter: leave the observer out")
     rows, memory, update = feedback_of(law, len(seen.chosen))
     states, m, queue, k = seen.model.shape[0], len(seen.output), loop.rig.late_samples + 1, len(memory)
@@ -188,12 +177,12 @@ def sampled_controller(loop: Loop, load: float = 1.0) -> Sampled:
     return Sampled(a[rest][:, rest], inputs, command[None, rest], np.append(at_once, 0.0)[None])
 
 
-def feedback_of(law: LawNumbers, states: int) -> tuple[Array, Array, Array]:
+def feedback_of(law: numbers.LawNumbers, states: int) -> tuple[Array, Array, Array]:
     """Command per state, (2n,), and memory, (k,), and how the memory goes on, (k, k + 2n + 1)."""
-    if law.kind in (LINEAR, LEARNING, REFERENCE_MODEL):
+    if law.kind in (numbers.LINEAR, numbers.LEARNING, numbers.REFERENCE_MODEL):
         k = law.matrix.shape[0]
         return law.rows[0, k : k + states], law.rows[0, :k], law.matrix
-    if law.kind in (DARC, BACKSTEPPING):
+    if law.kind in (numbers.DARC, numbers.BACKSTEPPING):
         return np.array(fixed_row(law, states)), np.zeros(0), np.zeros((0, states + 1))
     raise InputRefused("margins are computed for packaged laws, whose equations are known")
 
@@ -231,7 +220,7 @@ class ExpectedBound(NamedTuple):
 def expected_bound(loop: Loop) -> ExpectedBound:
     """Bound of the load's error over everything uncertain."""
     seen, rig, plant = loop.observer, loop.rig, sampled_plant(loop)
-    if seen.kind != KALMAN or rig.late_samples or rig.late_part > 0.0 or loop.cable is not None:
+    if seen.kind != numbers.KALMAN or rig.late_samples or rig.late_part > 0.0 or loop.cable is not None:
         raise InputRefused(
             "the expected bound is of a lumped chain and a Kalman filter without delay: leave the others out"
         )
@@ -252,7 +241,7 @@ def expected_bound(loop: Loop) -> ExpectedBound:
 def bound_over_draws(loop: Loop) -> dict[str, Any]:
     """The bound and its parts in words [deg], or why there is none."""
     made, name = loop.controller, "expected_bound_deg"
-    if made.law.kind != DARC or not made.damped or len(made.shafts) != loop.chain.size:
+    if made.law.kind != numbers.DARC or not made.damped or len(made.shafts) != loop.chain.size:
         reason = "only for laws of the chain that count the dampers, on the plant they are made for"
         return {name: None, f"{name}_reason": reason}
     try:
@@ -291,14 +280,16 @@ def torque_parts(loop: Loop, by_plant: Array, by_filter: Array, speed_noise: flo
     """
     made = loop.controller
     learning, slope, reference = made.law.learning, made.law.scalars[2], made.reference
-    half = np.maximum(learning[HIGH] - learning[NOMINAL], learning[NOMINAL] - learning[LOW])
+    half = np.maximum(
+        learning[numbers.HIGH] - learning[numbers.NOMINAL], learning[numbers.NOMINAL] - learning[numbers.LOW]
+    )
     speed, acceleration = np.abs(reference[:, -2]), np.abs(reference[:, -1])
     share = np.tanh(slope * speed)
     both = by_plant + by_filter
     uncertain = np.column_stack((acceleration, speed, share, np.ones(len(share)))) @ half
     matched = tube(both, uncertain) + tube(by_plant, uncertain)
     slow = speed <= speed_noise
-    coulomb, nominal = learning[HIGH][2], learning[NOMINAL][2]
+    coulomb, nominal = learning[numbers.HIGH][2], learning[numbers.NOMINAL][2]
     seen = np.tanh(loop.observer.scalars[6] * np.maximum(speed - speed_noise, 0.0))
     friction = tube(by_plant, np.where(slow, coulomb, coulomb * (1.0 - share)))
     friction += tube(by_filter, np.where(slow, nominal, nominal * (2.0 - share - seen)))
@@ -336,7 +327,7 @@ def residual_response(loop: Loop, chain: LumpedChain) -> Array:
     assert made.flat is not None
     rate = loop.plant.current_rate
     angles, elastic = joint_motion(made.flat, made.reference)
-    p2, p3 = made.law.learning[NOMINAL][:2]
+    p2, p3 = made.law.learning[numbers.NOMINAL][:2]
     shaft = elastic + p2 * made.reference[:, -1] + p3 * made.reference[:, -2]
     command = shaft + (np.gradient(shaft, interval) / rate if rate > 0.0 else 0.0)
     m = 2 * chain.size + 1

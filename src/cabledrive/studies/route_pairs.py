@@ -23,21 +23,7 @@ from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import figure
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
-from cabledrive.studies.pair_thresholds import (
-    HIGHEST,
-    NEAR,
-    NEAR_SUM,
-    ONE_TO_TWO,
-    SUM,
-    NearPair,
-    Waves,
-    by_threshold,
-    lost_square,
-    near_pairs,
-    refuse_running,
-    turns_of,
-    waves_of,
-)
+from cabledrive.studies import pair_thresholds as near
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance import resonance as resonance_of_loop
 from cabledrive.studies.resonance_detuning import SHOWN, STATE_ONE, acting_torque, verdict_of
@@ -46,7 +32,7 @@ NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond sm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RoutePair(NearPair):
+class RoutePair(near.NearPair):
     """One of a machine with routes."""
 
     family: str  # what mainly moves in the longitudinal mode
@@ -92,7 +78,7 @@ def route_resonance(
 ) -> RouteResonance:
     """Pairs near 1:2 and of sum type, Eq. (N.11), of routes whose cables do not run; ``torque`` [N m]."""
     acting = acting_torque(drive, torque)
-    refuse_running(drive, "a pair of modes")
+    near.refuse_running(drive, "a pair of modes")
     network = network_of(drive, motor=motor)
     first = straight_modes(drive, count=10, motor=motor)
     names = {one.name for one in drive.pulley}
@@ -104,12 +90,12 @@ def route_resonance(
     for mode in first.transverse:
         lowest.setdefault(mode.span or "", mode)
     nearest = min(lowest.values(), key=lambda mode: abs(mode.frequency / pulley.frequency - 0.5))
-    found = straight_modes(drive, below=HIGHEST * pulley.frequency * 1.0001, motor=motor)
-    highest = HIGHEST * pulley.frequency
+    found = straight_modes(drive, below=near.HIGHEST * pulley.frequency * 1.0001, motor=motor)
+    highest = near.HIGHEST * pulley.frequency
     along = [mode for mode in found.longitudinal if not mode.clamped and mode.frequency <= highest]
-    reach = 0.5 * (1.0 + NEAR) * (1.0 + NEAR_SUM) * max(mode.frequency for mode in along)
-    waves = waves_of(network, along, [mode for mode in found.transverse if mode.frequency <= reach])
-    pairs = tuple(sorted(_pairs(waves), key=by_threshold))
+    reach = 0.5 * (1.0 + near.NEAR) * (1.0 + near.NEAR_SUM) * max(mode.frequency for mode in along)
+    waves = near.waves_of(network, along, [mode for mode in found.transverse if mode.frequency <= reach])
+    pairs = tuple(sorted(_pairs(waves), key=near.by_threshold))
     thresholds = [(pair.longitudinal_hz, pair.threshold_torque) for pair in pairs]
     verdict, reasons = verdict_of(acting, thresholds)
     return RouteResonance(
@@ -127,16 +113,16 @@ def route_resonance(
     )
 
 
-def _pairs(waves: Waves) -> Iterator[RoutePair]:
+def _pairs(waves: near.Waves) -> Iterator[RoutePair]:
     """Every pair near resonance."""
     coupling, (damping, losses) = waves.couplings, waves.losses
     drive, across = waves.network.drive, np.array([2 * pi * mode.frequency for mode in waves.across])
     for number, q in enumerate(waves.along):
-        natural, turn = 2 * pi * q.frequency, abs(float(turns_of(waves.network, q)[0]))
+        natural, turn = 2 * pi * q.frequency, abs(float(near.turns_of(waves.network, q)[0]))
         detunings = natural - across[:, None] - across
-        for i, j in near_pairs(np.abs(coupling[number]), np.abs(detunings) / natural):
+        for i, j in near.near_pairs(np.abs(coupling[number]), np.abs(detunings) / natural):
             detuning, strength = float(detunings[i, j]), abs(float(coupling[number, i, j]))
-            least = float(lost_square(0.5 * losses[i], 0.5 * losses[j], detuning))
+            least = float(near.lost_square(0.5 * losses[i], 0.5 * losses[j], detuning))
             amplitude = 4.0 * sqrt(across[i] * across[j] * least) / strength
             torque = amplitude * natural * float(damping[number]) / turn if turn else None
             slopes = [waves.slopes[0][number], *waves.slopes[1][[i, j]]]
@@ -144,7 +130,7 @@ def _pairs(waves: Waves) -> Iterator[RoutePair]:
             shares = waves.rigidity * waves.length * (np.prod(slopes, axis=0) @ waves.weights) * count
             spans = np.bincount([piece.span for piece in waves.network.pieces], shares)
             yield RoutePair(
-                kind=ONE_TO_TWO if i == j else SUM,
+                kind=near.ONE_TO_TWO if i == j else near.SUM,
                 longitudinal_hz=q.frequency,
                 family=q.family,
                 span=drive.free_spans[int(np.argmax(np.abs(spans)))].name,

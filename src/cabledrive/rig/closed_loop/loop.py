@@ -11,6 +11,7 @@ from cabledrive.mechanics.compiled import why_plain
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
+from cabledrive.rig import setting
 from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, drive_like, run_cable
 from cabledrive.rig.closed_loop.chain_kernels import (
     SUMMARY,
@@ -39,18 +40,6 @@ from cabledrive.rig.laws.controllers import (
     place,
     plant_chain,
 )
-from cabledrive.rig.setting import (
-    CABLE,
-    Motion,
-    RigOptions,
-    control_delay,
-    current_rate,
-    joint_backlash,
-    sample_interval,
-    slack_twist,
-    stepped_in,
-    torque_limit,
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,8 +49,8 @@ class Loop:
     # drive, actual: as the law believes it to be, and as it is
     drive: Drive
     actual: Drive
-    motion: Motion
-    options: RigOptions
+    motion: setting.Motion
+    options: setting.RigOptions
     plant: ChainPlant
     chain: LumpedChain  # the chain that is the plant, at the first shaft
     observer: ObserverNumbers
@@ -127,7 +116,7 @@ class Run:
         return bool(self.state.discrete[1])
 
 
-PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {CABLE: None}
+PLANTS: dict[str, int | None] = {f"model-{number}": number for number in (1, 2, 3, 4)} | {setting.CABLE: None}
 
 
 def close_loop(
@@ -138,18 +127,18 @@ def close_loop(
 ) -> Loop:
     """Put a loop together; ``plant``: one of `PLANTS`, the highest model by default, or one of the user's."""
     motion, options, plant_drive = spec.motion, spec.options, spec.plant or spec.drive
-    interval = sample_interval(plant_drive)
+    interval = setting.sample_interval(plant_drive)
     named_plant = plant if isinstance(plant, str) else None
     if named_plant is not None and named_plant not in PLANTS:
         raise InputRefused(f"plant = {plant!r} is not known: take one of {', '.join(PLANTS)}")
-    cable, plant_model = named_plant == CABLE, PLANTS.get(named_plant or "")
+    cable, plant_model = named_plant == setting.CABLE, PLANTS.get(named_plant or "")
     chain, own_plant, named = plant_chain(plant_drive, plant_model), None, ""
     if plant is not None and not isinstance(plant, str):
         chain, own_plant, named = user_plant(plant_drive, plant, options)
     own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
     design = controller.filter_chain or plant_chain(spec.drive, own or highest_model(spec.drive))
-    rate = current_rate(plant_drive)
-    delay = control_delay(plant_drive)
+    rate = setting.current_rate(plant_drive)
+    delay = setting.control_delay(plant_drive)
     fitted = fitted_encoders(plant_drive, None if own is None else controller.shafts)
     shafts, counts = tuple(fitted), np.array(list(fitted.values()))
     samples = len(controller.reference)
@@ -169,15 +158,15 @@ def close_loop(
         encoders=np.array([place(chain, shaft) for shaft in shafts], dtype=np.int64),
         counts=np.zeros(len(counts)) if options.ideal_sensors else counts,
         phases=phases,
-        torque_limit=inf if stepper else torque_limit(plant_drive),
+        torque_limit=inf if stepper else setting.torque_limit(plant_drive),
         late_samples=int(delay // interval),
         late_part=float(delay % interval),
         jitter=np.clip(jitter, -0.4 * interval, 0.4 * interval),
-        forces=stepped_in(options.disturbances, ("motor", "load"), interval, samples),
+        forces=setting.stepped_in(options.disturbances, ("motor", "load"), interval, samples),
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
         dropout=_dropout(options, interval, shafts),
     )
-    play, slack = joint_backlash(plant_drive, chain), slack_twist(plant_drive, chain)
+    play, slack = setting.joint_backlash(plant_drive, chain), setting.slack_twist(plant_drive, chain)
     links = (play, slack) if own_plant is None else (0.0, float("inf"))  # nothing is known of an own one's
     loop = Loop(
         drive=spec.drive,
@@ -203,7 +192,7 @@ def close_loop(
     return replace(loop, pair=make_pair(loop, design, spec.sampling, generator, other=other))
 
 
-def _dropout(options: RigOptions, interval: float, names: tuple[str, ...]) -> Integers:
+def _dropout(options: setting.RigOptions, interval: float, names: tuple[str, ...]) -> Integers:
     """Encoder that gives NaN (-1: none), first and last sample at which it does, shape (3,)."""
     if options.blind is None:
         return np.array([-1, 0, 0], dtype=np.int64)
@@ -217,7 +206,7 @@ def lumped_plant(
     chain: LumpedChain,
     interval: float,
     rate: float,
-    options: RigOptions,
+    options: setting.RigOptions,
     links: tuple[float, float],
     field: tuple[float, float] | None = None,
 ) -> ChainPlant:
