@@ -5,6 +5,6 @@ the first shaft [rad], ``states`` angles, then speeds, from the motor to the loa
 `cabledrive.control.reference.flat_generator`, ``delta`` a bound of the disturbance [N m].
 """
 
-from cabledrive.control.own_controller import ControllerProtocol, OwnController
+from cabledrive.control.own_controller import OwnController
 
-__all__ = ["ControllerProtocol", "OwnController"]
+__all__ = ["OwnController"]

@@ -137,7 +137,8 @@ def darc_numbers(
     n2 = 2 * flat.size
     mu = bounds.nominal[0] * flat.leading
     slope = REFERENCE_SLOPE if by_reference else PRINTED_SLOPE
-    along = reference_regressor(reference, slope)
+    speed, acceleration = reference[:, -2], reference[:, -1]
+    along = np.column_stack((-acceleration, -speed, -np.tanh(slope * speed), np.ones(len(speed))))
     rows = np.zeros((3, n2 + 1))
     rows[numbers.SURFACE, :n2] = surface(n2 - 1, gains.bandwidth)
     rows[numbers.ELASTIC, :n2], rows[numbers.INERTIAL] = flat.elastic[:n2], flat.inertial
@@ -149,9 +150,3 @@ def darc_numbers(
         learning=numbers.learning_table(bounds.nominal, bounds.low, bounds.high, gain),
         scalars=np.array([interval, mu * gains.sliding_rate, slope, by_reference, by_reference, mu, 0.0]),
     )
-
-
-def reference_regressor(reference: Array, slope: float) -> Array:
-    """Phi along the reference, (samples, 4); ``slope``: K of tanh(K w) [s/rad]."""
-    speed, acceleration = reference[:, -2], reference[:, -1]
-    return np.column_stack((-acceleration, -speed, -np.tanh(slope * speed), np.ones(len(speed))))

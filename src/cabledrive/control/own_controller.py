@@ -1,8 +1,8 @@
-"""A controller of the user's own: the protocol that the rig runs, and its checks."""
+"""A controller of the user's own: what the rig runs, and its checks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,89 +20,44 @@ REFERENCES = {
 SHAFTS = ("motor", "drive", "load")
 
 
-@runtime_checkable
-class ControllerProtocol(Protocol):
-    """What an object needs so that `cabledrive.track` runs it as the controller.
+@described
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OwnController:
+    """A controller of the user's own, for `cabledrive.track`, which takes any object with these attributes.
 
-    Attributes
-    ----------
-    name : str
-        Any but that of a packaged law.
-    gains : object
-        Handed to every step as it is: numbers, an array, a NamedTuple.
-    initial_state : array_like, shape (m,)
-        Memory of the controller before the first sample.
-    sample_time : float or None
-        That it was designed for [s]; None: that of the rig.
-    shafts : tuple of str
-        Shafts whose motion it takes, from the motor to the load, of "motor", "drive", "load"; empty: every
-        inertia of the highest model that the drive's data allow.
-    measures : {"states", "readings"}
-        What a measurement is: angles [rad], then speeds [rad/s], of its shafts, from the rig's filter; or the
-        angle of every encoder [rad], without filter.
-    follows : {"inverse", "motion"}
-        What a reference is: wanted angles [rad], then speeds [rad/s], of its shafts, then the motor's torque
-        [N m], from the inverse of the lumped chain; or the wanted load angle with its 2n derivatives.
-
-    Notes
-    -----
     All angles are at the first shaft: the load pulley's times r2 / r1. The controller gives the torque of the
     motor [N m]. Encoders, filter, torque limit, delay, torque loop and the plant are the rig's.
     """
 
-    name: str
-    gains: Any
-    initial_state: ArrayLike
-    sample_time: float | None
-    shafts: tuple[str, ...]
-    measures: str
-    follows: str
-
-    def step(self, gains: Any, state: Array, measurement: Array, reference: Array) -> tuple[ArrayLike, float]:
-        """One sample.
-
-        Parameters
-        ----------
-        gains : object
-        state : ndarray, shape (m,)
-        measurement : ndarray
-        reference : ndarray
-
-        Returns
-        -------
-        state : array_like, shape (m,)
-            Memory for the next sample.
-        command : float
-            Torque of the motor [N m].
-        """
-
-
-@described
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class OwnController:
-    """A controller of the user's own, for `cabledrive.track`."""
-
     step: Callable[[Any, Any, Any, Any], tuple[Any, Any]] = meaning(
-        "``step(gains, state, measurement, reference) -> (state, command)``: plain Python, or "
-        "compiled by ``numba.njit``, in which case the whole loop is compiled with it"
+        "``step(gains, state, measurement, reference) -> (state, command)``, one sample, from the memory "
+        "(m,) to that for the next one and the motor's torque [N m]: plain Python, or compiled by "
+        "``numba.njit``, in which case the whole loop is compiled with it"
     )
-    gains: Any = meaning("handed to every step", 0.0)
-    initial_state: ArrayLike = meaning("(m,): default: no memory", ())
-    name: str = meaning("for results", "own controller")
+    gains: Any = meaning("handed to every step as they are: numbers, an array, a NamedTuple", 0.0)
+    initial_state: ArrayLike = meaning("(m,): memory before the first sample; default: none", ())
+    name: str = meaning("for results: any but that of a packaged law", "own controller")
     sample_time: float | None = meaning("that it was designed for [s]; default: that of the rig", None)
     shafts: tuple[str, ...] = meaning(
-        "shafts whose motion it takes; default: every inertia of the highest model", ()
+        'shafts whose motion it takes, from the motor to the load, of "motor", "drive", "load"; default: '
+        "every inertia of the highest model that the drive's data allow",
+        (),
     )
     measures: str = meaning(
-        'one of "states", "readings"; what a measurement is, see `ControllerProtocol`', "states"
+        'what a measurement is: "states", angles [rad], then speeds [rad/s], of its shafts, from the rig\'s '
+        'filter; or "readings", the angle of every encoder [rad], without filter',
+        "states",
     )
     follows: str = meaning(
-        'one of "inverse", "motion"; what a reference is, see `ControllerProtocol`', "inverse"
+        'what a reference is: "inverse", wanted angles [rad], then speeds [rad/s], of its shafts, then the '
+        'motor\'s torque [N m], from the inverse of the lumped chain; or "motion", the wanted load angle '
+        "with its 2n derivatives",
+        "inverse",
     )
 
 
 def checked_controller(given: Any) -> OwnController:
-    """The user's `ControllerProtocol` as frozen data; refused if a part is missing or of the wrong kind."""
+    """An object like `OwnController` as frozen data; refused if a part is missing or of the wrong kind."""
     if not callable(getattr(given, "step", None)) or isinstance(given, type):
         raise InputRefused(
             f"controller = {_shown(given)} is no name, no path of a controller.json and no controller: give "

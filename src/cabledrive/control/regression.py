@@ -242,7 +242,8 @@ def motor_coefficients(readings: Array, torque: Array, inertias: Array, interval
     """Whole inertia, viscous and Coulomb friction, offset torque by least squares, signs as above."""
     mean = filtered(readings @ (inertias / inertias.sum()), interval, SUM_FILTER_HZ)
     speed = filtered(np.ascontiguousarray(readings[:, 0]), interval, SUM_FILTER_HZ)[1]
-    acting = filtered(torque_at_samples(torque), interval, SUM_FILTER_HZ)[0]
+    at_samples = 0.5 * (np.concatenate((torque[:1], torque[:-1])) + torque)  # of before and after each
+    acting = filtered(at_samples, interval, SUM_FILTER_HZ)[0]
     slow = np.abs(speed) < SUM_SLOW_SHARE * np.abs(speed).max()
     lately = round(AFTER / interval)
     so_far = np.concatenate((np.zeros(lately + 1), np.cumsum(slow)))
@@ -266,12 +267,6 @@ def acting_torque(command: Array, interval: float, *, delay: float = 0.0, curren
     after = lfilter([1.0 - fading], [1.0, -fading], wanted)
     before = np.concatenate(([0.0], after[:-1]))
     return np.asarray(wanted + (before - wanted) * (1.0 - fading) / (current_rate * interval))
-
-
-def torque_at_samples(torque: Array) -> Array:
-    """Torque at the samples [N m] as the mean of what acts before and after each."""
-    before = np.concatenate((torque[:1], torque[:-1]))
-    return 0.5 * (before + torque)
 
 
 GAIN = 0.7

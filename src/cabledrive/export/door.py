@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cabledrive.control.own_controller import ControllerProtocol
+from cabledrive.control.own_controller import OwnController
 from cabledrive.export.c99 import controller_package, system_package
 from cabledrive.export.cable_block import cable_block
 from cabledrive.export.controller_block import controller_block
@@ -30,7 +30,7 @@ def export_to(
     source: Any,
     format: str,
     *,
-    controller: str | ControllerProtocol | None = None,
+    controller: str | OwnController | None = None,
     axis: str | None = None,
     what: str = "controller",
     float32: bool = False,
@@ -46,7 +46,7 @@ def export_to(
         A drive, its name or file; a study's folder; a controller.json.
     format : {"c99", "fmu2", "fmu3", "mjcf", "modelica", "klipper"}
         What to write.
-    controller : str or ControllerProtocol, optional
+    controller : str or OwnController, optional
         Law for a drive; default: the one that its joint calls for. A controller of your own, such as an
         `OwnController`, whose step keeps to the subset of Python that is translated.
     axis : str, optional

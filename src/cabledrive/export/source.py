@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.numbers import BY_LOAD, HIGH, LOW, SCHEDULED
-from cabledrive.control.own_controller import ControllerProtocol, checked_controller
+from cabledrive.control.own_controller import OwnController, checked_controller
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
@@ -70,7 +70,7 @@ class ExportSource:
 
 
 def read_source(
-    source: Any, controller: str | ControllerProtocol | None = None, axis: str | None = None
+    source: Any, controller: str | OwnController | None = None, axis: str | None = None
 ) -> ExportSource:
     """Read what is to be exported: Drive, its name or path, a study's folder or a controller.json.
 
@@ -106,7 +106,7 @@ def _from_file(path: Path) -> ExportSource:
     return ExportSource(law=law, data=data, drive=drive, notes=_notes(law))
 
 
-def designed(drive: Drive, name: str | ControllerProtocol | None) -> ExportSource:
+def designed(drive: Drive, name: str | OwnController | None) -> ExportSource:
     """A law designed for a drive as `cabledrive.track` designs it, its filter at the gain it settles on.
 
     ``name``: of a packaged law, or a controller of the user's own.
@@ -118,7 +118,7 @@ def designed(drive: Drive, name: str | ControllerProtocol | None) -> ExportSourc
     return ExportSource(law=law, data=data, drive=drive, notes=notes)
 
 
-def designed_loop(drive: Drive, name: str | ControllerProtocol | None) -> Loop:
+def designed_loop(drive: Drive, name: str | OwnController | None) -> Loop:
     """The loop of a law and a drive along the standard pulse."""
     own = checked_controller(name) if name is not None and not isinstance(name, str) else None
     best = name == BEST

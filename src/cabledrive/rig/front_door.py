@@ -9,7 +9,7 @@ import numpy as np
 
 from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import DARC, HIGH, LOW, OWN, LawNumbers, start_estimates
-from cabledrive.control.own_controller import ControllerProtocol, checked_controller
+from cabledrive.control.own_controller import OwnController, checked_controller
 from cabledrive.control.reference import reference_numbers
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -48,7 +48,7 @@ GAINS = {"best": True, "dissertation": False, "printed": False}
 def track(
     drive: Drive | RoutedDrive,
     *,
-    controller: str | PathLike[str] | ControllerProtocol | None = None,
+    controller: str | PathLike[str] | OwnController | None = None,
     bandwidth: float | None = None,
     plant: str | LumpedChain | OwnPlant | Any = None,
     motion: Motion | BodyMotion | None = None,
@@ -71,7 +71,7 @@ def track(
     drive : Drive or RoutedDrive
         As the law believes it to be; of a machine with routes the chain of its axis, where it is one, or the
         body that its two winches move.
-    controller : str, path or ControllerProtocol, optional
+    controller : str, path or OwnController, optional
         Name of the law, "best" (what `compare` ranks first), the controller.json of a study or its folder,
         or a controller of your own (`OwnController`); by default the law that the drive's joint calls for.
         One in plain Python runs sample by sample, and the result says so.
