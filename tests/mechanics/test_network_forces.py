@@ -179,3 +179,37 @@ def test_a_vertical_loop_has_the_tensions_of_its_lengths_also_as_a_route(inclina
     theirs = np.sort([tension for stretch in rest.stretches for tension in stretch.tensions])
     np.testing.assert_allclose(ours, theirs, rtol=1e-6)
     assert np.ptp(theirs) > 1.0
+
+
+@pytest.mark.parametrize(("name", "near"), [("linear-axis", 1e-9), ("printer-belt", 1e-9), ("ropeway", 2e-3)])
+def test_a_loop_that_sags_has_the_tension_of_its_lengths_also_as_a_route(name, near):
+    """Weights between the pulleys ask for longer arcs; the exact catenary has the same tension along."""
+    drive = cd.load_drive(name)
+    statics, rest = statics_of(as_machine(drive)), rest_state(drive)
+    along = np.mean([stretch.force[0] for stretch in rest.stretches])
+    assert along > 1.00001 * drive.cable.pretension
+    np.testing.assert_allclose(statics.mean, along, rtol=near)
+
+
+def test_a_rope_that_runs_sags_as_one_at_rest_whose_tension_is_less_by_its_momentum():
+    """A free belt over two pulleys: T - rho v^2 in place of T across, the same lengths along."""
+    text = RUNNING.replace("SPEED", "20 m/s")
+    still, runs = (statics_of(drive_from_text(one)).mean for one in (RUNNING.replace("SPEED", "0 m/s"), text))
+    shear = (0.3 * 9.81) ** 2 * 2.0**3 / 12.0
+    for mean, flow in ((still, 0.0), (runs, 0.3 / (1.0 + runs[0] / 5e4) * 20.0**2)):
+        stretched = 2.0 * (mean[0] - 180.0) / 5e4
+        assert stretched == pytest.approx(0.5 * shear / (mean[0] - flow) ** 2, rel=0.02)
+
+
+RUNNING = """
+schema = 1
+kind = "route"
+name = "belt"
+cable = { axial_rigidity = "50 kN", mass_per_length = "0.3 kg/m", pretension = "180 N" }
+layout = { gravity = "9.81 m/s^2" }
+pulley = [
+    { name = "a", at = ["0 m", "0 m"], radius = "0.1 m", inertia = "1 kg m^2" },
+    { name = "b", at = ["2 m", "0 m"], radius = "0.1 m", inertia = "1 kg m^2" },
+]
+route = [{ name = "belt", path = ["+a", "+b"], closed = true, speed = "SPEED" }]
+"""

@@ -11,6 +11,7 @@ along and across the span; :math:`J_c` is the motion of the body that carries it
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import FreeSpan, Place, Point
+from cabledrive.parameters.route.geometry import Place, Point
 
 ALONG, ACROSS, OUT_OF_PLANE = "along", "across", "out of plane"
 AT_REST = 1e-9
@@ -206,12 +207,13 @@ class Offsets:
     """What the tensions of the sections leave open: weights of ropes and carriages along every span.
 
     ``constant`` and ``unit``, shape (spans, 2, 2): forces at both ends without and per unit of section
-    tension.
+    tension; ``start``, ``end``, ``mean``, (spans,): tension without it; ``flow``: momentum of a rope that
+    runs [N]; ``shear``: integral of the squared force across the span, which holds what hangs [N^2 m].
     """
 
     def __init__(self, drive: RoutedDrive, walks: list[list[int]], strain: Array) -> None:
         n, g = len(drive.free_spans), gravity(drive)
-        self.start, self.end = np.zeros(n), np.zeros(n)
+        self.start, self.end, self.mean, self.flow, self.shear = np.zeros((5, n))
         self.line_load = np.zeros((n, 2))
         self.constant, self.unit = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
         for walk in walks:
@@ -221,13 +223,22 @@ class Offsets:
                 rope, route = drive.ropes[span.route], drive.route[span.route]
                 along, across = np.array(span.along), np.array(span.across)
                 density = rope.density / (1.0 + float(strain[number]))
-                load = density * g
-                weight_along, moment_across, total_across = _carried(drive, number, span, g)
+                load, hung = density * g, _carried(drive, number, g)
+                free = [(place, float(weight @ across)) for place, weight, guided in hung if not guided]
                 self.start[number], self.line_load[number] = tension, load
-                momentum = density * route.speed**2
+                self.flow[number] = momentum = density * route.speed**2
+                self.mean[number] = tension - 0.5 * float(load @ along) * span.length
+                self.shear[number] = _squared_shear(
+                    float(load @ across), [0.0, *(p for p, _, guided in hung if guided), span.length], free
+                )
                 hanging = float(load @ across) * span.length / 2.0
+                moment_across = sum(weight * place / span.length for place, weight in free)
+                total_across = sum(weight for _, weight in free)
                 push = (tension - momentum) * along + (hanging + total_across - moment_across) * across
-                tension = tension - float(load @ along) * span.length - weight_along
+                tension -= float(load @ along) * span.length
+                for place, weight, _ in hung:
+                    tension -= float(weight @ along)
+                    self.mean[number] -= float(weight @ along) * (1.0 - place / span.length)
                 back = -(tension - momentum) * along + (hanging + moment_across) * across
                 self.end[number] = tension
                 self.constant[number] = route.ropes * np.array((push, back))
@@ -248,13 +259,22 @@ class Offsets:
             )
 
 
-def _carried(drive: RoutedDrive, number: int, span: FreeSpan, g: Array) -> tuple[float, float, float]:
-    """Weights of a span's carriages: along it, at its end and in total across it [N]."""
-    along = at_end = total = 0.0
-    for carriage, (own, place) in zip(drive.carriage, drive.carriage_places, strict=True):
-        if own == number:
-            along += carriage.mass * float(g @ np.array(span.along))
-            if not carriage.guided:
-                across = carriage.mass * float(g @ np.array(span.across))
-                total, at_end = total + across, at_end + across * place / span.length
-    return along, at_end, total
+def _carried(drive: RoutedDrive, number: int, g: Array) -> list[tuple[float, Array, bool]]:
+    """Carriages of a span in order: place [m], weight [N], whether it is guided."""
+    own = zip(drive.carriage, drive.carriage_places, strict=True)
+    found = [(place, one.mass * g, one.guided) for one, (span, place) in own if span == number]
+    return sorted(found, key=lambda one: one[0])
+
+
+def _squared_shear(load: float, held: list[float], hung: list[tuple[float, float]]) -> float:
+    """Integral of the squared shear [N^2 m] of a ``load`` [N/m] and weights between places on the chord."""
+    total = 0.0
+    for first, last in pairwise(held):
+        inside = [(place, weight) for place, weight in hung if first < place < last]
+        shear = 0.5 * load * (last - first)
+        shear += sum(weight * (last - place) for place, weight in inside) / (last - first)
+        for start, (end, weight) in pairwise([(first, 0.0), *inside, (last, 0.0)]):
+            length = end - start[0]
+            total += length * (shear**2 - shear * load * length + (load * length) ** 2 / 3.0)
+            shear -= load * length + weight
+    return total

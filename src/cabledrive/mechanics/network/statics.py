@@ -3,12 +3,17 @@ r"""A machine at rest: its tensions, bodies that turn under them, pulleys that t
 A section is a piece of a route along which the tension is passed on: between clamps, drums, guides, driven
 pulleys, and pulleys that several ropes turn. Its tension grows against gravity by :math:`\rho g` per metre of
 height. Unknown is one tension a section; each coordinate of a body without a spring must be in balance. A
-pretension is that of the weightless machine: of all solutions the elastic one is taken, of least energy of
-what the tensions are more than that, the rope's mean along its spans, Eq. (N.14),
+pretension is that of the straight, weightless machine, whose unstretched lengths the ropes keep. With n
+ropes, mean tensions T of the spans and the shear V of what hangs on them the tensions are those of the least
+complementary energy, of shallow sag,
 
-.. math:: \sum_s n_s \sum_{i \in s} \frac{l_i}{EA}\,(T_i - T_0)^2 \to \min .
+.. math:: \sum_{spans} n \int \frac{(T - T_0)^2}{2EA} + \frac{V^2}{2(T - \rho v^2)}\,dx \to \min .
+          \qquad \text{Eq. (N.10)}
+
+A drum at the end of a rope that nothing drives keeps its torque, so that the tension there stays.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +21,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.motion import Motion, Offsets, gravity, section_numbers, sections_of
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import Point
@@ -25,6 +30,7 @@ _BALANCED = 1e-6
 _SINGULAR = 1e-10
 _ROUND_OFF = 1e-12
 _ROUNDS = 4
+_STEPS, _SETTLED = 100, 1e-13
 
 
 @described
@@ -63,6 +69,8 @@ def statics_of(drive: RoutedDrive) -> Statics:
     ------
     InputRefused
         If no tensions balance the bodies, they are not determined, or one is not positive.
+    NotComputed
+        If none are found.
     """
     motion = Motion(drive)
     walks = sections_of(drive)
@@ -172,28 +180,40 @@ def _balanced(
     rest = -applied_forces(drive, motion) - pulls.forces(offsets.constant)
     matrix, rest = matrix[rows], rest[rows]
     matrix, rest = _with_common_pulleys(drive, sections, offsets, matrix, rest)
-    given = np.full(count, np.nan)  # at the start of each section, NaN where the file gives no pretension
-    spans, rows_of = drive.free_spans, np.arange(count)[:, None] == sections
-    soft = np.array([drive.route[one.route].ropes * one.length for one in spans])
-    soft = soft / [drive.ropes[one.route].axial_rigidity for one in spans]
-    yielding = rows_of @ soft
-    lower = (
-        rows_of @ (soft * 0.5 * (offsets.start + offsets.end)) / yielding
-    )  # the mean less that at the start
-    for number, span in enumerate(spans):
-        pretension = drive.ropes[span.route].pretension
-        if pretension is not None:
-            given[sections[number]] = pretension - lower[sections[number]]
-    start = np.where(np.isnan(given), 0.0, given)
+    spans, of_section = drive.free_spans, np.arange(count)[:, None] == sections
+    ropes = [drive.ropes[span.route] for span in spans]
+    given = np.array([np.nan if rope.pretension is None else rope.pretension for rope in ropes])
+    lines = np.array([drive.route[span.route].ropes for span in spans])
+    soft = lines * [span.length / rope.axial_rigidity for span, rope in zip(spans, ropes, strict=True)]
+    shear, reference = np.where(np.isnan(given), 0.0, lines * offsets.shear), offsets.mean.copy()
+    for last, beyond in _standing(drive, offsets):
+        shear[sections == sections[last]], reference[sections == sections[last]] = 0.0, beyond
     scale = np.abs(matrix).max(axis=1, initial=0.0)
     scale[scale == 0.0] = 1.0
-    even = np.sqrt(yielding.max(initial=0.0) / yielding)
-    balance = matrix / scale[:, None] * even
-    inverse = np.linalg.pinv(balance, rcond=_SINGULAR)
-    tension = start + even * (inverse @ ((rest - matrix @ start) / scale))
+    # Newton's steps along the balance; what the file leaves open is in it, or refused
+    tension = np.zeros(count)
+    tension[sections] = np.where(np.isnan(given), 0.0, given - reference)
+    for _ in range(_STEPS):
+        pull = np.where(shear > 0.0, tension[sections] + offsets.mean - offsets.flow, 1.0)
+        strained = soft * np.nan_to_num(tension[sections] + reference - given)
+        slope = of_section @ (strained - 0.5 * shear / pull**2)
+        curvature = of_section @ (soft + shear / pull**3)
+        even = np.sqrt(curvature.max(initial=0.0) / curvature)
+        balance = matrix / scale[:, None] * even
+        inverse = np.linalg.pinv(balance, rcond=_SINGULAR)
+        wanted = tension - slope / curvature
+        step = wanted + even * (inverse @ ((rest - matrix @ wanted) / scale)) - tension
+        while np.any((shear > 0.0) & (pull + step[sections] < 0.1 * pull)):
+            step *= 0.5
+        tension = tension + step
+        if not (shear.any() and np.any(np.abs(step) > _SETTLED * np.abs(tension).max())):
+            break
+    else:
+        raise NotComputed(f"no tensions at rest within {_STEPS} steps: raise pretension")
     # where the balance leaves a tension open the file must give a pretension
     open_directions = np.eye(count) - inverse @ balance
-    for number in np.flatnonzero(np.isnan(given)).tolist():
+    unknown = np.isin(np.arange(count), sections[np.isnan(given)])
+    for number in np.flatnonzero(unknown).tolist():
         if np.abs(open_directions[number]).max() > 1e-6:
             span = drive.free_spans[int(np.flatnonzero(sections == number)[0])]
             raise InputRefused(
@@ -208,6 +228,19 @@ def _balanced(
                 motion.names[row], float(missing[place]), matrix[place] * tension, float(rest[place])
             )
     return tension
+
+
+def _standing(drive: RoutedDrive, offsets: Offsets) -> Iterator[tuple[int, float]]:
+    """Spans at whose drum a standing torque holds the pretension, and their tension there without it [N]."""
+    for number, data in enumerate(drive.route):
+        own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
+        for i, place, beyond in (
+            (own[0], drive.free_spans[own[0]].start, offsets.start),
+            (own[-1], drive.free_spans[own[-1]].end, offsets.end),
+        ):
+            drum = place.pulley if not data.closed else None
+            if drum is not None and drum not in (drive.driven or (0,)) and not drive.pulley[drum].fixed:
+                yield i, float(beyond[i])
 
 
 def _with_common_pulleys(
