@@ -12,20 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.chain_fit import (
-    ChainModel,
-    FreeParameter,
-    Record,
-    fit_from_many_starts,
-    starts_for,
-)
-from cabledrive.identification.estimates import (
-    Estimate,
-    Finding,
-    Identification,
-    readable,
-    unidentifiable_parameters,
-)
+from cabledrive.identification import chain_fit, estimates
+from cabledrive.identification.chain_fit import ChainModel, FreeParameter, Record
+from cabledrive.identification.estimates import Estimate, Finding, Identification, readable
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.rope_friction import without_slip
 from cabledrive.identification.signals import difference
@@ -157,8 +146,8 @@ def identify_by_simulation(
         ]
         output = np.column_stack(speeds)
         records.append(Record(input=log.channel(channels.input), output=output, interval=log.interval))
-    scale, starts = starts_for(records, channels.rectified, np.random.default_rng(SEED))
-    fit, made, agreeing = fit_from_many_starts(records, _models(channels, scale), starts, say)
+    scale, starts = chain_fit.starts_for(records, channels.rectified, np.random.default_rng(SEED))
+    fit, made, agreeing = chain_fit.fit_from_many_starts(records, _models(channels, scale), starts, say)
     explained = []
     for record in records:
         for measured, simulated in zip(record.output.T, fit.simulated(record).T, strict=True):
@@ -276,7 +265,7 @@ def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identifica
         findings.append(Finding("model-misfit", f"{words}: no intervals are given"))
     closed = {name for k, name in enumerate(NEEDED) if not halves[k] < abs(values[k])}
     closed |= {"stiffness", "damping", *FRICTIONS} if load is None else set()
-    closed |= {"inertia_motor", "inertia_load"} if unidentifiable_parameters(torque.fit) else set()
+    closed |= {"inertia_motor", "inertia_load"} if estimates.unidentifiable_parameters(torque.fit) else set()
     parameters = {}
     for name, value, half, error in zip(NAMES, values, halves, np.sqrt(np.diag(covariance)), strict=True):
         one = Estimate.of(value, channels.unit_of(name), error, half)

@@ -6,14 +6,8 @@ from operator import itemgetter
 
 import numpy as np
 
+from cabledrive.identification.axis import check
 from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of
-from cabledrive.identification.axis.check import (
-    MISFIT,
-    checked_by_innovations,
-    checked_by_lines,
-    position_wave,
-    unexplained,
-)
 from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of
 from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
@@ -40,7 +34,14 @@ AGREED = 0.5
 """Share of the difference of two methods that counts as a standard error of the one reported."""
 DRIFT_ROUNDS = 3
 """Corrections of a drift between two clocks."""
-REFUSING = {MISFIT, NOT_FOLLOWED, "unexplained-torque", "methods-contradict", "logs-contradict", "negative"}
+REFUSING = {
+    check.MISFIT,
+    NOT_FOLLOWED,
+    "unexplained-torque",
+    "methods-contradict",
+    "logs-contradict",
+    "negative",
+}
 """Codes of findings with which no interval is given."""
 FAR, MOST = 4.0, 1e-3
 """Of the size that all but a thousandth of the samples keep within; share of the samples beyond it."""
@@ -170,7 +171,7 @@ def _by_methods(
             raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
         found = found.saying(NOT_FOLLOWED, LOST) if lost else found
         if options.check and kind == "coulomb":
-            return checked_by_innovations(moved, found)
+            return check.checked_by_innovations(moved, found)
         why = f"not made: no check for friction {kind}" if options.check else "not requested"
         return replace(found, check_reason=why)
     lines = not moved.saturated and all(map(has_lines, moved.torques))
@@ -203,9 +204,9 @@ def _by_methods(
     if NOT_FOLLOWED in chosen.codes:
         return replace(chosen, checked=True, check_reason="the model does not reproduce the log")
     if simulated is not None and alone:
-        chosen = checked_by_lines(moved, chosen, simulated, timing)
+        chosen = check.checked_by_lines(moved, chosen, simulated, timing)
     else:
-        chosen = checked_by_innovations(moved, chosen)
+        chosen = check.checked_by_innovations(moved, chosen)
     return chosen if predicted is None else _with_rest(chosen, predicted, turns=not axis.equation.linear)
 
 
@@ -289,12 +290,14 @@ def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> 
     """With what the observers that follow the logs best have to add to the torque."""
     tracks, values = predicted.observed.tracks, predicted.values
     runs = [run_of(track, values, best_bandwidth(track, values)) for track in tracks]
-    share, words = max(map(unexplained, runs), key=itemgetter(0))
+    share, words = max(map(check.unexplained, runs), key=itemgetter(0))
     chosen = chosen.noting(unexplained_torque=share)
     if turns:
-        tried = chosen.method.get("suspicions", {}).values() if MISFIT in chosen.codes else ()
+        tried = chosen.method.get("suspicions", {}).values() if check.MISFIT in chosen.codes else ()
         beyond = [one.get("family_share", 0.0) for one in tried if one["significance"] > one["critical"]]
-        explained, wave = max(map(position_wave, runs), key=itemgetter(0))
+        explained, wave = max(map(check.position_wave, runs), key=itemgetter(0))
         if wave and explained > max(beyond, default=0.0):
-            return chosen.without(MISFIT).saying(MISFIT, f"the model does not fit: {wave}")
-    return chosen.saying("unexplained-torque", words) if words and MISFIT not in chosen.codes else chosen
+            return chosen.without(check.MISFIT).saying(check.MISFIT, f"the model does not fit: {wave}")
+    return (
+        chosen.saying("unexplained-torque", words) if words and check.MISFIT not in chosen.codes else chosen
+    )

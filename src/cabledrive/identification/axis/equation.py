@@ -7,13 +7,7 @@ import numpy as np
 from scipy import ndimage, signal
 from scipy.integrate import cumulative_trapezoid
 
-from cabledrive.identification.signals import (
-    butterworth,
-    causal_filter,
-    difference,
-    ideal_low_pass,
-    zero_phase,
-)
+from cabledrive.identification import signals
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -97,18 +91,18 @@ class AxisEquation:
     def filtered(self, values: Array, interval: float) -> Array:
         """One signal (samples,) through the filter of the regression, Eqs. (4.4), (4.5)."""
         if self.filter == "causal":
-            return causal_filter(values, interval, self.bandwidth)[0]
+            return signals.causal_filter(values, interval, self.bandwidth)[0]
         if self.filter == "ideal":
-            return ideal_low_pass(values, interval, self.bandwidth)
-        return zero_phase(values, interval, self.bandwidth)
+            return signals.ideal_low_pass(values, interval, self.bandwidth)
+        return signals.zero_phase(values, interval, self.bandwidth)
 
     def motion(self, position: Array, interval: float) -> tuple[Array, Array]:
         """Filtered speed and acceleration (samples,)."""
         if self.filter == "causal":
-            _, speed, acceleration = causal_filter(position, interval, self.bandwidth)
+            _, speed, acceleration = signals.causal_filter(position, interval, self.bandwidth)
             return speed, acceleration
-        speed = difference(self.filtered(position, interval), interval)
-        return speed, difference(speed, interval)
+        speed = signals.difference(self.filtered(position, interval), interval)
+        return speed, signals.difference(speed, interval)
 
     def sign_band(self, interval: float) -> float:
         """Bandwidth of the speed whose sign makes the friction [Hz]."""
@@ -121,12 +115,14 @@ class AxisEquation:
         first, and put back afterwards.
         """
         band = self.sign_band(interval)
-        speed = difference(zero_phase(position, interval, band), interval)
+        speed = signals.difference(signals.zero_phase(position, interval, band), interval)
         if self.kink <= 0.0:
             return speed
         by_friction = cumulative_trapezoid(-self.kink * np.sign(speed), dx=interval, initial=0.0)
         moved = cumulative_trapezoid(by_friction, dx=interval, initial=0.0)
-        return difference(zero_phase(position - moved, interval, band), interval) + by_friction
+        return (
+            signals.difference(signals.zero_phase(position - moved, interval, band), interval) + by_friction
+        )
 
     def columns(
         self, position: Array, torque: Array, interval: float
@@ -137,7 +133,9 @@ class AxisEquation:
         zone = 0.0
         if self.quantum > 0.0 and not self.friction.kind.startswith("asymmetric"):
             # twice the deviation of the speed that the encoder's rounding makes
-            frequency, response = signal.freqz_sos(butterworth(interval, band), worN=2048, fs=1 / interval)
+            frequency, response = signal.freqz_sos(
+                signals.butterworth(interval, band), worN=2048, fs=1 / interval
+            )
             gain = np.abs(response) ** 2 * 2 * pi * frequency
             zone = DEAD_ZONE_DEVIATIONS * self.quantum / sqrt(12) * float(np.sqrt(np.mean(gain**2)))
         sign = direction_of(quick, zone, int(0.5 / (band * interval)))
@@ -148,7 +146,7 @@ class AxisEquation:
             else:
                 found[name] = column if np.ptp(column) == 0.0 else self.filtered(column, interval)
         left = self.filtered(torque, interval)
-        return found | ({LAG: difference(left, interval)} if self.lag else {}), left, speed
+        return found | ({LAG: signals.difference(left, interval)} if self.lag else {}), left, speed
 
 
 def direction_of(speed: Array, zone: float, shortest: int = 1) -> Array:

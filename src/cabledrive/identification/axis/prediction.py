@@ -13,16 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cabledrive.identification.axis import observer
 from cabledrive.identification.axis.axis import BASE, Axis, values_of
-from cabledrive.identification.axis.observer import (
-    NUISANCE,
-    SLOWER,
-    NotReproduced,
-    Observed,
-    Prediction,
-    observed,
-    whitened_power,
-)
+from cabledrive.identification.axis.observer import NotReproduced, Observed, Prediction
 from cabledrive.identification.axis.simulated import unseen
 from cabledrive.identification.axis.timing import CONVENTIONS, FARTHEST, NEAR, SETTLED, TorqueTiming
 from cabledrive.identification.estimates import Fit, Identification, triangle
@@ -77,7 +70,7 @@ def _refined(axis: Axis, found: Identification, timing: TorqueTiming) -> tuple[P
         law = "low-pass" if best.timing.law == "shift" else "shift"
         with suppress(NotComputed):
             other = _under(axis, found, replace(best.timing, law=law))
-        if other is not None and whitened_power(other.runs) < whitened_power(best.runs):
+        if other is not None and observer.whitened_power(other.runs) < observer.whitened_power(best.runs):
             best, other = other, best
     doubts = _doubts(best, lag)
     if other is not None:
@@ -96,7 +89,7 @@ def _under(axis: Axis, found: Identification, timing: TorqueTiming) -> Predicted
     """Parameters and instant in turn, under one law of the instant."""
     values, lag, interval = values_of(found), axis.options.lag, axis.interval
     for number in range(TIMINGS):
-        seen = observed(timing.moved(axis), values, SLOWEST, timing.hold[0])
+        seen = observer.observed(timing.moved(axis), values, SLOWEST, timing.hold[0])
         values, fit = _settled(seen, values, lag)
         if not lag or number + 1 == TIMINGS:
             break
@@ -128,12 +121,12 @@ def _settled(seen: Observed, values: Array, lag: bool) -> tuple[Array, Fit]:
 
 def _doubts(best: Predicted, lag: bool) -> list[Array]:
     """What would change in the parameters, each (4,): the torque between samples, rounding, its instant."""
-    every = len(NUISANCE)
+    every = len(observer.NUISANCE)
     factors = best.observed.factors(best.values, hold=best.timing.hold[1])
     whole = triangle(factors.triangles.reshape(-1, every + 2))
     doubts = [np.asarray(np.linalg.lstsq(whole[:every, :every], whole[:every, every], rcond=None)[0][:COUNT])]
     # a quicker observer believes more of the encoder's rounding
-    quicker = tuple(SLOWER / SLOWEST * width for width in best.observed.bandwidths)
+    quicker = tuple(observer.SLOWER / SLOWEST * width for width in best.observed.bandwidths)
     doubts.append(replace(best.observed, bandwidths=quicker).fit(best.values, lag).values[:COUNT])
     convention = best.timing.convention
     if lag and convention is not None:

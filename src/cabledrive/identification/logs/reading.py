@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.identification.logs import time_check
 from cabledrive.identification.logs.hierarchical import open_matlab, open_netcdf
 from cabledrive.identification.logs.log import (
     BLOCK_ROWS,
@@ -30,15 +31,6 @@ from cabledrive.identification.logs.log import (
 )
 from cabledrive.identification.logs.messages import open_mcap, open_rosbag
 from cabledrive.identification.logs.text import open_delimited
-from cabledrive.identification.logs.time_check import (
-    check_time,
-    fill_holes,
-    lost_counts,
-    quantum_of,
-    require_size,
-    saturated,
-    unwrap,
-)
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
@@ -250,7 +242,7 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
         rows = next(iter(channels.values())).size
         time = np.arange(before, before + rows) / wanted.sample_rate
     assert time is not None
-    check = check_time(time, source, resample=wanted.resample)
+    check = time_check.check_time(time, source, resample=wanted.resample)
     if check.uneven and not wanted.resample:
         raise InputRefused(
             f"{source}: time stamps are uneven (jitter {check.jitter:.2g} of {check.interval:.4g} s): "
@@ -261,11 +253,11 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
     quanta: dict[str, float] = {}
     flat: dict[str, NDArray[np.bool_]] = {}
     for name, values in channels.items():
-        values = fill_holes(values, name, source, repaired)
-        require_size(values, name, recording.units[name], source)
-        quantum = quantum_of(values)
+        values = time_check.fill_holes(values, name, source, repaired)
+        time_check.require_size(values, name, recording.units[name], source)
+        quantum = time_check.quantum_of(values)
         if name.endswith("angle"):
-            values = unwrap(values, name, quantum, repaired)
+            values = time_check.unwrap(values, name, quantum, repaired)
         values = even[name] = check.on_grid(values[check.keep])
         if quantum > 0.0:
             quanta[name] = quantum
@@ -273,10 +265,10 @@ def checked_log(recording: Recording, channels: dict[str, Array], before: int = 
         if np.ptp(values) == 0.0:
             findings.append(f"{name} is constant")
         elif quantity in ("angle", "position"):
-            if jumps := lost_counts(values, quantum):
+            if jumps := time_check.lost_counts(values, quantum):
                 findings.append(f"{name} jumps at {jumps} samples, as an encoder does that loses counts")
         elif quantity in ("torque", "force", "current", "voltage"):
-            stands = saturated(values)
+            stands = time_check.saturated(values)
             if stands.any():
                 flat[name] = stands
                 share = 100 * stands.mean()

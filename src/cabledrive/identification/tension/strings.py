@@ -9,16 +9,10 @@ from scipy import optimize, stats
 
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.tension import family_fit
+from cabledrive.identification.tension import family_fit, recording
 from cabledrive.identification.tension.families import proposals
 from cabledrive.identification.tension.family_fit import PingTension, SpanTension
-from cabledrive.identification.tension.recording import (
-    PARTIALS,
-    SEARCHED,
-    PreparedRecording,
-    prepared_recording,
-    require_ping,
-)
+from cabledrive.identification.tension.recording import PreparedRecording
 from cabledrive.identification.tension.tones import TonesFit
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.spans import transverse_chains
@@ -63,9 +57,9 @@ class PingedString:
 
 def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTension:
     """Tension of a string from one channel of a recording."""
-    prepared = prepared_recording(log, string.drive, channel, {string.span: string.modes})
+    prepared = recording.prepared_recording(log, string.drive, channel, {string.span: string.modes})
     peaks = prepared.peaks.only(prepared.falling)
-    singles, _ = proposals(peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
+    singles, _ = proposals(peaks, prepared.teeth, prepared.factor, sqrt(recording.SEARCHED))
     pings: list[tuple[bool, float, TonesFit]] = []
     for score, families in singles:
         tried = family_fit.fit_families(prepared, families)
@@ -79,7 +73,7 @@ def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTensi
     fit = family_fit.with_silent_partials(prepared, min(pings, key=lambda one: one[:2])[2])
     tones, own = fit.tones, fit.tones.family == 0
     first = float(tones.scale[0] * prepared.factor * string.modes[0])
-    require_ping(log.channel(channel), log.interval, first, f"{log.source}: {channel}")
+    recording.require_ping(log.channel(channel), log.interval, first, f"{log.source}: {channel}")
     lowest = int(tones.number[own].min())
     hertz = float(tones.scale[0]) * float(string.modes[lowest - 1])
     value = string.tension_for(lowest, hertz)
@@ -282,11 +276,11 @@ def _ratios(drive: RoutedDrive, span: str, first: float) -> Array:
     """Each of the first modes of a span in the plane over that of a string between resting ends."""
     listed = [
         mode.frequency
-        for mode in modes(drive, below=(PARTIALS + 0.5) * first).modes
+        for mode in modes(drive, below=(recording.PARTIALS + 0.5) * first).modes
         if mode.kind == TRANSVERSE and mode.span == span and mode.plane == "w"
     ]
     found = []
-    for number in range(1, PARTIALS + 1):
+    for number in range(1, recording.PARTIALS + 1):
         near = min(listed, key=lambda own: abs(own - number * first), default=np.inf)
         if abs(near / (number * first) - 1.0) > ROOM / number:
             break
