@@ -13,6 +13,7 @@ from cabledrive.mechanics.network.hanging import hanging_elements
 from cabledrive.mechanics.network.pieces import straight_element
 from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.mechanics.network.span_table import pulley_rows
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
 from oracles.network_fem import matrices
@@ -197,14 +198,41 @@ def test_a_loop_that_sags_has_the_tension_of_its_lengths_also_as_a_route(name, n
     assert error < near, error
 
 
-def test_a_rope_that_runs_sags_as_one_at_rest_whose_tension_is_less_by_its_momentum():
-    """A free belt over two pulleys: T - rho v^2 in place of T across, the same lengths along."""
-    text = RUNNING.replace("SPEED", "20 m/s")
-    still, runs = (statics_of(drive_from_text(one)).mean for one in (RUNNING.replace("SPEED", "0 m/s"), text))
-    shear = (0.3 * 9.81) ** 2 * 2.0**3 / 12.0
-    for mean, flow in ((still, 0.0), (runs, 0.3 / (1.0 + runs[0] / 5e4) * 20.0**2)):
-        stretched = 2.0 * (mean[0] - 180.0) / 5e4
-        assert stretched == pytest.approx(0.5 * shear / (mean[0] - flow) ** 2, rel=0.02)
+@pytest.mark.parametrize("speed", [0.0, 20.0, 30.0])
+def test_a_rope_that_runs_sags_as_one_at_rest_whose_tension_is_less_by_its_momentum(speed):
+    """A free belt over two pulleys: T - rho v^2 in place of T across; at 30 m/s that is more than T0."""
+    (mean, _) = statics_of(drive_from_text(RUNNING.replace("SPEED", f"{speed} m/s"))).mean
+    shear, flow = (0.3 * 9.81) ** 2 * 2.0**3 / 12.0, 0.3 / (1.0 + mean / 5e4) * speed**2
+    stretched = 2.0 * (mean - 180.0) / 5e4
+    assert mean > flow
+    assert stretched == pytest.approx(0.5 * shear / (mean - flow) ** 2, rel=0.02)
+
+
+SLIDE = """
+schema = 1
+kind = "route"
+name = "slide between two ropes"
+cable = { axial_rigidity = "100 kN", mass_per_length = "0.2 kg/m", pretension = "1 kN" }
+layout = { gravity = "9.81 m/s^2" }
+body = [{ name = "slide", at = ["4 m", "0 m"], moves = "x", mass = "1 kg", load = ["LOAD", "0 N"] }]
+anchor = [
+    { name = "wall", at = ["0 m", "0 m"] },
+    { name = "near", on = "slide", at = ["4 m", "0 m"] },
+    { name = "far", at = ["9 m", "0 m"] },
+]
+route = [{ name = "left", path = ["wall", "near"] }RIGHT]
+"""
+
+
+def test_a_rope_that_a_load_slackens_hangs_and_one_that_would_have_to_push_is_refused():
+    """5 kN on a slide: the far rope keeps the tension of its sag; alone, the near one cannot push back."""
+    both = SLIDE.replace("RIGHT", ', { name = "right", path = ["near", "far"] }')
+    near, far = statics_of(drive_from_text(both.replace("LOAD", "5 kN"))).mean
+    assert near - far == pytest.approx(5000.0, rel=1e-9)
+    assert 0.0 < far < 100.0
+    alone = SLIDE.replace("RIGHT", "").replace("LOAD", "-1 kN")
+    with pytest.raises(InputRefused, match="cannot push"):
+        statics_of(drive_from_text(alone))
 
 
 RUNNING = """

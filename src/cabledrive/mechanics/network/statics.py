@@ -193,8 +193,12 @@ def _balanced(
     # Newton's steps along the balance; what the file leaves open is in it, or refused
     tension = np.zeros(count)
     tension[sections] = np.where(np.isnan(given), 0.0, given - reference)
+    hangs = shear > 0.0  # at least a little more than nothing, from where the steps lead up
+    steepest = 1e3 * np.sqrt([span.length for span in spans])
+    least = np.sqrt(shear / lines) / steepest + offsets.flow - offsets.mean
+    np.maximum.at(tension, sections[hangs], least[hangs])
     for _ in range(_STEPS):
-        pull = np.where(shear > 0.0, tension[sections] + offsets.mean - offsets.flow, 1.0)
+        pull = np.where(hangs, tension[sections] + offsets.mean - offsets.flow, 1.0)
         strained = soft * np.nan_to_num(tension[sections] + reference - given)
         slope = of_section @ (strained - 0.5 * shear / pull**2)
         curvature = of_section @ (soft + shear / pull**3)
@@ -202,14 +206,17 @@ def _balanced(
         balance = matrix / scale[:, None] * even
         inverse = np.linalg.pinv(balance, rcond=_SINGULAR)
         wanted = tension - slope / curvature
-        step = wanted + even * (inverse @ ((rest - matrix @ wanted) / scale)) - tension
-        while np.any((shear > 0.0) & (pull + step[sections] < 0.1 * pull)):
+        full = wanted + even * (inverse @ ((rest - matrix @ wanted) / scale))
+        step = full - tension
+        while np.any(hangs & (pull + step[sections] < 0.1 * pull)):
             step *= 0.5
         tension = tension + step
-        if not (shear.any() and np.any(np.abs(step) > _SETTLED * np.abs(tension).max())):
+        if not (hangs.any() and np.any(np.abs(step) > _SETTLED * np.abs(tension).max())):
             break
-    else:
-        raise NotComputed(f"no tensions at rest within {_STEPS} steps: raise pretension")
+    else:  # the balance asks a rope that hangs to push, which is refused by its tension
+        if np.all(full[sections] + offsets.mean > 0.0):
+            raise NotComputed(f"no tensions at rest within {_STEPS} steps: raise pretension")
+        tension = full
     # where the balance leaves a tension open the file must give a pretension
     open_directions = np.eye(count) - inverse @ balance
     unknown = np.isin(np.arange(count), sections[np.isnan(given)])
