@@ -18,7 +18,6 @@ ROWS = [
     ),
     (lambda: backstepping_numbers(model(4), -1.0, 0.0, INTERVAL), ["bandwidth", "-1"]),
     (lambda: backstepping_numbers(model(4), float("nan"), 0.0, INTERVAL), ["bandwidth", "nan"]),
-    (lambda: backstepping_numbers(model(4), 25.0, -1.0, INTERVAL), ["adaptation", "-1"]),
 ]
 
 

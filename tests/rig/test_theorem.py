@@ -345,9 +345,7 @@ def _pulley(plant: Drive, **changes: float) -> dict[str, Any]:
 
 def test_the_share_of_a_bound_is_the_largest_where_the_bound_is_open():
     tube, sources = np.array([0.0, 0.5, 2.0]), np.array([1.0, 0.3, 0.5])
-    check = BoundCheck(
-        bound=ErrorBound(tube=tube, steady=2.0, printed=2.0), sources=sources, unmatched=-0.5 * sources
-    )
+    check = BoundCheck(bound=ErrorBound(tube=tube, printed=2.0), sources=sources, unmatched=-0.5 * sources)
     assert (check.used, check.unmatched_part) == (pytest.approx(0.6), pytest.approx(0.3))
 
 

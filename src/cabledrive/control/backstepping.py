@@ -154,8 +154,6 @@ def backstepping_numbers(
     """
     if not isfinite(bandwidth) or bandwidth <= 0.0:
         raise InputRefused(f"bandwidth = {bandwidth:.6g} Hz must be finite and above 0: errors grow")
-    if not isfinite(adaptation) or adaptation < 0.0:
-        raise InputRefused(f"adaptation = {adaptation:.6g} must not be negative: give 0 to switch it off")
     if chain.size == 2:
         parameters, widths, beta = unmatched_parameters(chain)
         scales: tuple[float, ...] = (beta,)

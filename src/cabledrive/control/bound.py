@@ -44,8 +44,8 @@ class ErrorBound:
     """Bounds of the load's error, at the first shaft."""
 
     tube: Array  # (samples,): bound at every sample, with weighted uncertainty, run along the motion [rad]
-    steady: float  # h / (K_sigma lambda^(2n-1)) with the largest weighted uncertainty [rad]
-    printed: float  # the same with the printed product of norms, which adds kg m^2 to N m [rad]
+    # h / (K_sigma lambda^(2n-1)) with the printed product of norms, which adds kg m^2 to N m [rad]
+    printed: float
 
 
 def uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
@@ -90,7 +90,6 @@ def error_bound(
     scale = 1.0 / (law.k_sigma * bandwidth**order)
     return ErrorBound(
         tube=output_tube(sliding, bandwidth, order, interval, times),
-        steady=float(h.max() * scale),
         printed=float(printed_uncertainty(regressor, spread, delta).max() * scale),
     )
 

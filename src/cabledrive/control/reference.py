@@ -29,7 +29,6 @@ import numpy as np
 from cabledrive.control.numbers import ObserverNumbers
 from cabledrive.control.observers import torque_push
 from cabledrive.identification.signals import lag_coefficients
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.reduction.lumped_chain import LumpedChain
 
@@ -62,13 +61,11 @@ class FlatOutput:
 
 
 def flat_output(chain: LumpedChain, *, damped: bool = True) -> FlatOutput:
-    """Polynomials of a lumped chain whose links join equal angles; others are refused, see `reflected`.
+    """Polynomials of a lumped chain whose links join equal angles, see `reflected`.
 
     Its viscous friction beyond the first inertia is counted, that of the first is the control law's business;
     ``damped``: whether the dampers of the links are; the laws of the dissertation leave them out.
     """
-    if any(ratio != (1.0, 1.0) for ratio in chain.ratios):
-        raise InputRefused("a link joins unequal angles: reflect the lumped chain to its first shaft")
     n = chain.size
     length = 2 * n + 1
     times = np.array(chain.damping) / np.array(chain.stiffness) if damped else np.zeros(n - 1)

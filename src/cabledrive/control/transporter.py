@@ -19,7 +19,6 @@ from cabledrive.control.linear_laws import lq_gain
 from cabledrive.control.load_schedule import ScheduledLaw, between
 from cabledrive.control.observers import gathered_noise, settled_gain
 from cabledrive.identification.signals import lagged
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import held
 from cabledrive.reduction.transporter import (
@@ -112,14 +111,12 @@ def scheduled_law(
     frozen: float | None = None,
     reads: tuple[int, ...] = ENCODERS,
 ) -> ScheduledLaw:
-    """Design law and observer at every position of a grid of two or more; fewer are refused.
+    """Design law and observer at every position of a grid of two or more.
 
     ``count``: one count of the encoders at the rim [m]; ``limit``: largest force [N]; ``positions``: equally
     spaced [m]; ``frozen``: the one position [m] for which all is made; default: every position has its own;
     ``reads``: as of `correction_at`.
     """
-    if len(positions) < 2:
-        raise InputRefused(f"{len(positions)} position given, a schedule needs 2 and more: give a grid")
     tuning = tuning or TransporterTuning()
     rows = []
     for position in positions if frozen is None else [frozen]:

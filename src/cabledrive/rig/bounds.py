@@ -166,7 +166,7 @@ def _held(loop: Loop, parts: list["Segment"], wanted: Array, height: Array, erro
     # At the very first samples nothing has moved yet.
     least = lag + max(NEGLIGIBLE * float(loop.rig.counts[-1]), ROUNDING)
     return BoundCheck(
-        bound=ErrorBound(tube=bound + least, steady=float(bound.max()), printed=float("nan")),
+        bound=ErrorBound(tube=bound + least, printed=float("nan")),
         sources=np.abs(matched) + np.abs(unmatched) + lag,
         unmatched=unmatched,
     )
