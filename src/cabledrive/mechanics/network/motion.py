@@ -9,9 +9,11 @@ radius r moves by
 along and across the span; :math:`J_c` is the motion of the body that carries it.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import Place, Point
+from cabledrive.parameters.route.geometry import FreeSpan, Place, Point
 
 ALONG, ACROSS, OUT_OF_PLANE = "along", "across", "out of plane"
 AT_REST = 1e-9
@@ -166,6 +168,7 @@ def _clean(row: Array) -> Array:
 
 
 _BALANCED = 1e-6
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 def gravity(drive: RoutedDrive) -> Array:
@@ -207,15 +210,17 @@ class Offsets:
     """What the tensions of the sections leave open: weights of ropes and carriages along every span.
 
     ``constant`` and ``unit``, shape (spans, 2, 2): forces at both ends without and per unit of section
-    tension; ``start``, ``end``, ``mean``, (spans,): tension without it; ``flow``: momentum of a rope that
-    runs [N]; ``shear``: integral of the squared force across the span, which holds what hangs [N^2 m].
+    tension; ``start``, ``end``, (spans,): tension without it; ``flow``: momentum of a rope that runs [N];
+    ``samples``, (5, points): span, number of what hangs together, length [m], tension without that of the
+    section and shear [N] at points along all spans.
     """
 
     def __init__(self, drive: RoutedDrive, walks: list[list[int]], strain: Array) -> None:
         n, g = len(drive.free_spans), gravity(drive)
-        self.start, self.end, self.mean, self.flow, self.shear = np.zeros((5, n))
+        self.start, self.end, self.flow = np.zeros((3, n))
         self.line_load = np.zeros((n, 2))
         self.constant, self.unit = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
+        samples: list[tuple[float, ...]] = []
         for walk in walks:
             tension = 0.0  # from the start of the section on, without that of the section
             for number in walk:
@@ -223,27 +228,23 @@ class Offsets:
                 rope, route = drive.ropes[span.route], drive.route[span.route]
                 along, across = np.array(span.along), np.array(span.across)
                 density = rope.density / (1.0 + float(strain[number]))
-                load, hung = density * g, _carried(drive, number, g)
-                free = [(place, float(weight @ across)) for place, weight, guided in hung if not guided]
+                load, hung = density * g, _carried(drive, number, span, g)
                 self.start[number], self.line_load[number] = tension, load
                 self.flow[number] = momentum = density * route.speed**2
-                self.mean[number] = tension - 0.5 * float(load @ along) * span.length
-                self.shear[number] = _squared_shear(
-                    float(load @ across), [0.0, *(p for p, _, guided in hung if guided), span.length], free
-                )
-                hanging = float(load @ across) * span.length / 2.0
-                moment_across = sum(weight * place / span.length for place, weight in free)
-                total_across = sum(weight for _, weight in free)
+                weights = float(load @ along), float(load @ across)
+                first = samples[-1][1] + 1 if samples else 0
+                samples += [(number, first + run, *own) for run, *own in _sampled(weights, tension, hung)]
+                hanging = weights[1] * span.length / 2.0
+                total_across = sum(own.across for own in hung)
+                moment_across = sum(own.across * own.place / span.length for own in hung)
                 push = (tension - momentum) * along + (hanging + total_across - moment_across) * across
-                tension -= float(load @ along) * span.length
-                for place, weight, _ in hung:
-                    tension -= float(weight @ along)
-                    self.mean[number] -= float(weight @ along) * (1.0 - place / span.length)
+                tension = tension - weights[0] * span.length - sum(own.along for own in hung)
                 back = -(tension - momentum) * along + (hanging + moment_across) * across
                 self.end[number] = tension
                 self.constant[number] = route.ropes * np.array((push, back))
                 self.unit[number] = route.ropes * np.array((along, -along))
             self._check_closed(drive, walk, tension)
+        self.samples = np.array(samples).T
 
     def _check_closed(self, drive: RoutedDrive, walk: list[int], reached: float) -> None:
         """Where a rope runs round free pulleys alone, nothing holds weights that pull it one way."""
@@ -259,22 +260,37 @@ class Offsets:
             )
 
 
-def _carried(drive: RoutedDrive, number: int, g: Array) -> list[tuple[float, Array, bool]]:
-    """Carriages of a span in order: place [m], weight [N], whether it is guided."""
-    own = zip(drive.carriage, drive.carriage_places, strict=True)
-    found = [(place, one.mass * g, one.guided) for one, (span, place) in own if span == number]
-    return sorted(found, key=lambda one: one[0])
+class Hung(NamedTuple):
+    """A carriage of a span, or one of its ends, where it is held across."""
+
+    place: float  # [m]
+    along: float  # weight along the span [N]
+    across: float  # that the rope carries
+    held: bool
 
 
-def _squared_shear(load: float, held: list[float], hung: list[tuple[float, float]]) -> float:
-    """Integral of the squared shear [N^2 m] of a ``load`` [N/m] and weights between places on the chord."""
-    total = 0.0
-    for first, last in pairwise(held):
-        inside = [(place, weight) for place, weight in hung if first < place < last]
-        shear = 0.5 * load * (last - first)
-        shear += sum(weight * (last - place) for place, weight in inside) / (last - first)
-        for start, (end, weight) in pairwise([(first, 0.0), *inside, (last, 0.0)]):
-            length = end - start[0]
-            total += length * (shear**2 - shear * load * length + (load * length) ** 2 / 3.0)
-            shear -= load * length + weight
-    return total
+def _carried(drive: RoutedDrive, number: int, span: FreeSpan, g: Array) -> list[Hung]:
+    """Ends and carriages of a span, in order."""
+    found = [Hung(0.0, 0.0, 0.0, True), Hung(span.length, 0.0, 0.0, True)]
+    for carriage, (own, place) in zip(drive.carriage, drive.carriage_places, strict=True):
+        if own == number:
+            along, across = (carriage.mass * float(g @ np.array(way)) for way in (span.along, span.across))
+            found.append(Hung(place, along, 0.0 if carriage.guided else across, carriage.guided))
+    return sorted(found)
+
+
+def _sampled(load: tuple[float, float], tension: float, hung: list[Hung]) -> Iterator[tuple[float, ...]]:
+    """Part between held places, length, tension and shear at points of a span; ``load``: per metre [N/m]."""
+    shear, run = 0.0, -1
+    for number, (near, far) in enumerate(pairwise(hung)):
+        if near.held:  # the moments of what hangs between two places of the chord cancel
+            run += 1
+            last = next(i for i in range(number + 1, len(hung)) if hung[i].held)
+            length = hung[last].place - near.place
+            moment = sum(own.across * (hung[last].place - own.place) for own in hung[number + 1 : last])
+            shear = 0.5 * load[1] * length + moment / length
+        length = far.place - near.place
+        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+            at = 0.5 * (1.0 + float(node)) * length
+            yield run, 0.5 * float(weight) * length, tension - load[0] * at, shear - load[1] * at
+        tension, shear = tension - load[0] * length - far.along, shear - load[1] * length - far.across

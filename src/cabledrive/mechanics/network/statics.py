@@ -185,36 +185,43 @@ def _balanced(
     given = np.array([np.nan if rope.pretension is None else rope.pretension for rope in ropes])
     lines = np.array([drive.route[span.route].ropes for span in spans])
     soft = lines * [span.length / rope.axial_rigidity for span, rope in zip(spans, ropes, strict=True)]
-    shear, reference = np.where(np.isnan(given), 0.0, lines * offsets.shear), offsets.mean.copy()
-    for last, beyond in _standing(drive, offsets):
-        shear[sections == sections[last]], reference[sections == sections[last]] = 0.0, beyond
+    number, run = offsets.samples[:2].astype(np.intp)
+    length, beyond, shear = offsets.samples[2:]
+    reference = np.bincount(number, length * beyond) / [span.length for span in spans]
+    unheld = ~np.isnan(given)
+    for last, there in _standing(drive, offsets):
+        own = sections == sections[last]
+        reference[own], unheld[own] = there, False
+    hangs = unheld[number] & (np.bincount(run, shear**2)[run] > 0.0)
+    number, run, length, shear = number[hangs], run[hangs], length[hangs], shear[hangs]
+    at, beyond, size = sections[number], beyond[hangs] - offsets.flow[number], lines[number] * length
     scale = np.abs(matrix).max(axis=1, initial=0.0)
     scale[scale == 0.0] = 1.0
     # Newton's steps along the balance; what the file leaves open is in it, or refused
     tension = np.zeros(count)
     tension[sections] = np.where(np.isnan(given), 0.0, given - reference)
-    hangs = shear > 0.0  # at least a little more than nothing, from where the steps lead up
-    steepest = 1e3 * np.sqrt([span.length for span in spans])
-    least = np.sqrt(shear / lines) / steepest + offsets.flow - offsets.mean
-    np.maximum.at(tension, sections[hangs], least[hangs])
+    np.maximum.at(tension, at, 1e-3 * np.abs(shear) - beyond)  # from below, steps lead up
     for _ in range(_STEPS):
-        pull = np.where(hangs, tension[sections] + offsets.mean - offsets.flow, 1.0)
-        strained = soft * np.nan_to_num(tension[sections] + reference - given)
-        slope = of_section @ (strained - 0.5 * shear / pull**2)
-        curvature = of_section @ (soft + shear / pull**3)
+        pull = tension[at] + beyond
+        # ends of what hangs between two places lie on the chord
+        tilt = np.bincount(run, length * shear / pull) / np.maximum(np.bincount(run, length / pull), 1e-300)
+        square = size * (shear - tilt[run]) ** 2
+        strained = of_section @ (soft * np.nan_to_num(tension[sections] + reference - given))
+        slope = strained - np.bincount(at, 0.5 * square / pull**2, count)
+        curvature = of_section @ soft + np.bincount(at, square / pull**3, count)
         even = np.sqrt(curvature.max(initial=0.0) / curvature)
         balance = matrix / scale[:, None] * even
         inverse = np.linalg.pinv(balance, rcond=_SINGULAR)
         wanted = tension - slope / curvature
         full = wanted + even * (inverse @ ((rest - matrix @ wanted) / scale))
         step = full - tension
-        while np.any(hangs & (pull + step[sections] < 0.1 * pull)):
+        while np.any(pull + step[at] < 0.1 * pull):
             step *= 0.5
         tension = tension + step
-        if not (hangs.any() and np.any(np.abs(step) > _SETTLED * np.abs(tension).max())):
+        if not (at.size and np.any(np.abs(step) > _SETTLED * np.abs(tension).max())):
             break
     else:  # the balance asks a rope that hangs to push, which is refused by its tension
-        if np.all(full[sections] + offsets.mean > 0.0):
+        if np.all(full[at] + beyond > 0.0):
             raise NotComputed(f"no tensions at rest within {_STEPS} steps: raise pretension")
         tension = full
     # where the balance leaves a tension open the file must give a pretension
