@@ -226,7 +226,7 @@ def test_a_corrupt_file_is_refused_in_one_line(tmp_path, name):
 
 def test_a_matlab_file_of_objects_only_is_refused(tmp_path):
     io.savemat(tmp_path / "log.mat", {"cell": np.array(["a", "b"], dtype=object), "word": "x"})
-    with pytest.raises(InputRefused, match="no vector of numbers"):
+    with pytest.raises(InputRefused, match="no column of numbers"):
         read_log(tmp_path / "log.mat", ColumnMap(sample_rate=1.0))
 
 

@@ -152,10 +152,7 @@ def open_matlab(path: Path, reading: ColumnMap) -> Table:
     from scipy import io
 
     require_readable(path, lambda: io.loadmat(path))
-    try:
-        variables = io.loadmat(path, squeeze_me=True, struct_as_record=False)
-    except Exception as error:  # scipy raises many kinds for a damaged file
-        raise InputRefused(f"{path.name}: is no readable MATLAB file ({error}): save it with -v7") from None
+    variables = io.loadmat(path, squeeze_me=True, struct_as_record=False)
     found: Entries = {}
 
     def visit(name: str, value: Any, depth: int = 0) -> None:
@@ -196,8 +193,6 @@ def table_of(path: Path, opened: Callable[[], AbstractContextManager[Entries]]) 
             rows = max(rows, *shape) if own else rows
             if unit := _text(attributes.get("units", "")):
                 units.update(dict.fromkeys(own, unit))
-    if not columns:
-        raise InputRefused(f"{path.name}: holds no vector of numbers (of objects): save plain vectors")
 
     def read(names: tuple[str, ...]) -> Blocks:
         with opened() as entries:

@@ -169,21 +169,14 @@ def open_mcap(path: Path, reading: ColumnMap) -> Table:
         from mcap_ros2.decoder import DecoderFactory
 
         factories = [DecoderFactory()]
-    try:
-        with path.open("rb") as stream:
-            for schema, channel, message in make_reader(stream).iter_messages():
-                decoded = None
-                if channel.message_encoding == "json":
-                    decoded = json.loads(message.data)
-                for factory in factories:
-                    if decode := factory.decoder_for(channel.message_encoding, schema):
-                        decoded = decode(message.data)
-                if decoded is not None:
-                    topics.add(channel.topic, message.log_time, decoded)
-    except (InputRefused, MemoryError):
-        raise
-    except Exception as error:  # decoders raise many kinds for a message that is not what its schema says
-        raise InputRefused(f"{path.name}: is damaged ({error}): record it again") from None
+    with path.open("rb") as stream:
+        for schema, channel, message in make_reader(stream).iter_messages():
+            decoded = json.loads(message.data) if channel.message_encoding == "json" else None
+            for factory in factories:
+                if decode := factory.decoder_for(channel.message_encoding, schema):
+                    decoded = decode(message.data)
+            if decoded is not None:
+                topics.add(channel.topic, message.log_time, decoded)
     if not topics.columns:
         raise InputRefused(f"{path.name}: holds no numbers in JSON or ROS 2 messages: export it to CSV")
     return topics.table(reading.resample)
