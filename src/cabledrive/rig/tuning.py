@@ -19,17 +19,10 @@ from cabledrive.control.observers import QUIET, KalmanTuning
 from cabledrive.control.reference import flat_output
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
+from cabledrive.rig.laws import registry
 from cabledrive.rig.laws.baselines import BASELINES
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, tuning_by_uncertainty
 from cabledrive.rig.laws.load_learning import KINDS
-from cabledrive.rig.laws.registry import (
-    CONTROLLERS,
-    NO_FILTER,
-    OPEN_LOOPS,
-    check_least_bandwidth,
-    check_sample_rate,
-    known_name,
-)
 from cabledrive.rig.margins import Margins, margins_of
 from cabledrive.rig.plant_samples import Disturbances, disturbed_loops, over, standard_disturbances
 from cabledrive.rig.setting import RigOptions, torque_limit
@@ -118,13 +111,13 @@ def setting_of(
 
 def design(name: str | None, spec: DesignSpec) -> Controller:
     """Design a law by name, tuned where ``spec.best`` asks for it; default: see `known_name`."""
-    name = known_name(name, spec.drive)
+    name = registry.known_name(name, spec.drive)
     if spec.feedforward != "damped" and name not in BASELINES:
         said = f"feedforward = {spec.feedforward!r} is for {', '.join(BASELINES)}; {name} brings its own"
         raise InputRefused(f"{said}: leave it out")
-    if name in OPEN_LOOPS and spec.bandwidth is not None:
+    if name in registry.OPEN_LOOPS and spec.bandwidth is not None:
         raise InputRefused(f"bandwidth = {spec.bandwidth:.4g} Hz: {name} is an open loop: leave it out")
-    tunable = name not in OPEN_LOOPS and spec.best
+    tunable = name not in registry.OPEN_LOOPS and spec.best
     if tunable and spec.bandwidth is None:
         found, limits = tuned(name, spec, standard_disturbances(spec.drive)), limit_words(spec)
         why = f"the highest that keeps {limits}"
@@ -136,21 +129,23 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
         reason = f"bandwidth {found.bandwidth:g} Hz, filter {found.filter}: {why}"
         made = replace(made, gains=made.gains | {"reasons": [reason]})
     else:
-        made = CONTROLLERS[name](spec)
-    check_sample_rate(made, spec.interval)
-    check_least_bandwidth(CONTROLLERS[name], made, spec)
+        made = registry.CONTROLLERS[name](spec)
+    registry.check_sample_rate(made, spec.interval)
+    registry.check_least_bandwidth(registry.CONTROLLERS[name], made, spec)
     return made
 
 
 def law_at(name: str, hertz: float, words: str, spec: DesignSpec) -> Controller:
     """A law at a bandwidth with one of its filters, along the motion of a spec."""
-    return _filtered(CONTROLLERS[name](replace(spec, bandwidth=hertz)), dict(filters(name, spec))[words])
+    return _filtered(
+        registry.CONTROLLERS[name](replace(spec, bandwidth=hertz)), dict(filters(name, spec))[words]
+    )
 
 
 def law_as_tuned(name: str, hertz: float, words: str, spec: DesignSpec) -> TunedLaw:
     """The same on its nominal plant, with its margins."""
     loop = nominal_loop(law_at(name, hertz, words, spec), spec)
-    margins = UNLIMITED if name in OPEN_LOOPS else margins_of(loop)
+    margins = UNLIMITED if name in registry.OPEN_LOOPS else margins_of(loop)
     return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=1.0)
 
 
@@ -206,7 +201,7 @@ def tuned(
 def _tuned(
     name: str, spec: DesignSpec, disturbances: Disturbances, worst: Callable[[Controller], float] | None
 ) -> TunedLaw:
-    begun, design = time.perf_counter(), CONTROLLERS[name]
+    begun, design = time.perf_counter(), registry.CONTROLLERS[name]
 
     def tried(words: str, tuning: KalmanTuning | None, hertz: float) -> TunedLaw | None:
         try:
@@ -219,17 +214,17 @@ def _tuned(
             share = 0.0
         return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=share)
 
-    if name in OPEN_LOOPS:
+    if name in registry.OPEN_LOOPS:
         loop = nominal_loop(design(spec), spec)
         share = share_of_limits(loop, UNLIMITED, spec, disturbances.load_factor)
         return TunedLaw(
-            name=name, loop=loop, bandwidth=0.0, filter=NO_FILTER, margins=UNLIMITED, reached=share
+            name=name, loop=loop, bandwidth=0.0, filter=registry.NO_FILTER, margins=UNLIMITED, reached=share
         )
     top = sum(hertz <= 1.0 / (20.0 * spec.interval) for hertz in SETTINGS_HZ)
     best_of = [_highest(partial(tried, words, tuning), top) for words, tuning in filters(name, spec)]
     found = [one for one in best_of if one is not None]
     if not found:
-        check_sample_rate(design(replace(spec, bandwidth=SETTINGS_HZ[0])), spec.interval)
+        registry.check_sample_rate(design(replace(spec, bandwidth=SETTINGS_HZ[0])), spec.interval)
         raise NotComputed(f"{name}: no loop can be made at any bandwidth: give one")
     kept = [one for one in found if one.accepted]
     if kept:
@@ -267,10 +262,10 @@ def _highest(tried: Callable[[float], TunedLaw | None], top: int) -> TunedLaw | 
 
 def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | None]]:
     """Filters that are offered to a law; none: it brings its own."""
-    if name in (*KINDS, *OPEN_LOOPS):
-        yield NO_FILTER if name in OPEN_LOOPS else "its own", None
+    if name in (*KINDS, *registry.OPEN_LOOPS):
+        yield registry.NO_FILTER if name in registry.OPEN_LOOPS else "its own", None
         return
-    made = CONTROLLERS[name](replace(spec, bandwidth=SETTINGS_HZ[10]))
+    made = registry.CONTROLLERS[name](replace(spec, bandwidth=SETTINGS_HZ[10]))
     own = made.filter_model
     whole = tuning_by_uncertainty(spec, spec.model(own or spec.number), None if own is None else made.shafts)
     shares = (QUIET, replace(whole, load_acceleration=0.1 * whole.load_acceleration), whole)

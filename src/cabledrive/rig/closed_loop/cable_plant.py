@@ -14,7 +14,16 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import with_measured_stiffness
-from cabledrive.rig.closed_loop import chain_kernels as kernels
+from cabledrive.rig.closed_loop.chain_kernels import (
+    DIVERGED,
+    WENT_SLACK,
+    Control,
+    LoopState,
+    RigNumbers,
+    decide,
+    farthest,
+    finish_sample,
+)
 from cabledrive.rig.setting import RigOptions, current_rate
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
@@ -54,7 +63,7 @@ class CableRun(NamedTuple):
 
 
 @njit_in_place
-def act(c: CableRun, rig: kernels.RigNumbers, commands: Array, shaft: float, push: float) -> float:
+def act(c: CableRun, rig: RigNumbers, commands: Array, shaft: float, push: float) -> float:
     """Write the torque on the motor at each step of a sample; returns that of the torque loop at its end.
 
     The older command acts until the delay has passed; a step spreads its torque half a step to both sides.
@@ -76,7 +85,7 @@ def act(c: CableRun, rig: kernels.RigNumbers, commands: Array, shaft: float, pus
 
 
 @njit_in_place
-def cable_ends(c: CableRun, gone: float, s: kernels.LoopState) -> int:
+def cable_ends(c: CableRun, gone: float, s: LoopState) -> int:
     """Look at the cable at a sample; why the run ends here, 0 where it goes on.
 
     Angles of the shafts go into the state, and their speeds half a step of the cable before; largest twist,
@@ -88,7 +97,7 @@ def cable_ends(c: CableRun, gone: float, s: kernels.LoopState) -> int:
         x[shaft] = cable.q[k] / c.numbers.radius - c.numbers.zeros[shaft]
         x[n + shaft] = cable.q_t[k] / c.numbers.radius
     if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
-        return kernels.DIVERGED
+        return DIVERGED
     u = cable.x
     score[7] = max(score[7], abs(x[n - 2] - x[n - 1]))
     for span in range(c.plan.nodes.shape[0]):
@@ -102,7 +111,7 @@ def cable_ends(c: CableRun, gone: float, s: kernels.LoopState) -> int:
 
 
 @njit_in_place
-def move_cable(c: CableRun, rig: kernels.RigNumbers, k: int, s: kernels.LoopState) -> int:
+def move_cable(c: CableRun, rig: RigNumbers, k: int, s: LoopState) -> int:
     """Move the cable to the next sample; why the run ends after it, 0 where it goes on."""
     x, n, plan, numbers, row = s.x, c.numbers.shafts, c.plan, c.numbers, c.row
     x[2 * n] = act(c, rig, s.controller.commands, x[2 * n], numbers.offset + rig.forces[k, 0])
@@ -120,22 +129,20 @@ def move_cable(c: CableRun, rig: kernels.RigNumbers, k: int, s: kernels.LoopStat
             code = 1
     if code == 0:
         return 0
-    return kernels.WENT_SLACK if code == 1 else kernels.DIVERGED
+    return WENT_SLACK if code == 1 else DIVERGED
 
 
 @njit_in_place
-def run_cable(
-    c: CableRun, control: kernels.Control, first: int, last: int, s: kernels.LoopState, log: Array
-) -> int:
+def run_cable(c: CableRun, control: Control, first: int, last: int, s: LoopState, log: Array) -> int:
     """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended."""
-    x, n, gone, rig = s.x, c.numbers.shafts, kernels.farthest(control.target), control.rig
+    x, n, gone, rig = s.x, c.numbers.shafts, farthest(control.target), control.rig
     for k in range(first, last):
         s.discrete[1] = cable_ends(c, gone, s)
         if s.discrete[1] != 0:
             return k
-        issued = kernels.decide(control, k, x, s)
+        issued = decide(control, k, x, s)
         s.discrete[0] = x[n] != 0.0
-        kernels.finish_sample(control, k, s, log, x[: 2 * n + 1], issued)
+        finish_sample(control, k, s, log, x[: 2 * n + 1], issued)
         s.discrete[1] = move_cable(c, rig, k, s)
         if s.discrete[1] != 0:
             return k + 1
@@ -200,7 +207,7 @@ def cable_plant(
     )
 
 
-def cable_run(cable: CablePlant, state: kernels.LoopState, tensions: Array) -> CableRun:
+def cable_run(cable: CablePlant, state: LoopState, tensions: Array) -> CableRun:
     """The cable with its nodes in the state of a loop; ``tensions``, shape (samples or 0, 2), gets [N]."""
     case, nodes = cable.case, cable.case.mesh.nodes
     kept, every = state.x[2 * cable.numbers.shafts + 1 :], cable.case.grid.every

@@ -31,15 +31,8 @@ from cabledrive.rig.closed_loop.chain_plant import (
 )
 from cabledrive.rig.closed_loop.loop_kernels import run_loop
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, run_users, user_plant
-from cabledrive.rig.laws.controllers import (
-    Controller,
-    DesignSpec,
-    fit_observer,
-    fitted_encoders,
-    load_gear,
-    place,
-    plant_chain,
-)
+from cabledrive.rig.laws import controllers
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -132,30 +125,30 @@ def close_loop(
     if named_plant is not None and named_plant not in PLANTS:
         raise InputRefused(f"plant = {plant!r} is not known: take one of {', '.join(PLANTS)}")
     cable, plant_model = named_plant == setting.CABLE, PLANTS.get(named_plant or "")
-    chain, own_plant, named = plant_chain(plant_drive, plant_model), None, ""
+    chain, own_plant, named = controllers.plant_chain(plant_drive, plant_model), None, ""
     if plant is not None and not isinstance(plant, str):
         chain, own_plant, named = user_plant(plant_drive, plant, options)
     own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
-    design = controller.filter_chain or plant_chain(spec.drive, own or highest_model(spec.drive))
+    design = controller.filter_chain or controllers.plant_chain(spec.drive, own or highest_model(spec.drive))
     rate = setting.current_rate(plant_drive)
     delay = setting.control_delay(plant_drive)
-    fitted = fitted_encoders(plant_drive, None if own is None else controller.shafts)
+    fitted = controllers.fitted_encoders(plant_drive, None if own is None else controller.shafts)
     shafts, counts = tuple(fitted), np.array(list(fitted.values()))
     samples = len(controller.reference)
-    gear, stepper = load_gear(plant_drive), controller.field is not None
+    gear, stepper = controllers.load_gear(plant_drive), controller.field is not None
     late = np.maximum(interval * np.arange(samples, dtype=np.float64) - controller.late, 0.0)
     target = gear * motion.trajectory(late)[0]
     if stepper and (cable or named or options.pair or options.smooth_friction):
         said = f"{controller.name} is one stepper on a lumped chain with set-valued friction"
         raise InputRefused(f"{said}: leave --pair, --smooth-friction and the plant out")
-    every = list(fitted_encoders(plant_drive))  # drawn for each, read or not
+    every = list(controllers.fitted_encoders(plant_drive))  # drawn for each, read or not
     phases = generator.uniform(-0.5, 0.5, len(every))[[every.index(name) for name in shafts]]
     if options.encoder_phase == "centred" or options.ideal_sensors:
         phases = np.zeros(len(phases))
     jitter = generator.normal(0.0, options.jitter, samples + 1) if options.jitter else np.zeros(0)
     rig = RigNumbers(
         interval=interval,
-        encoders=np.array([place(chain, shaft) for shaft in shafts], dtype=np.int64),
+        encoders=np.array([controllers.place(chain, shaft) for shaft in shafts], dtype=np.int64),
         counts=np.zeros(len(counts)) if options.ideal_sensors else counts,
         phases=phases,
         torque_limit=inf if stepper else setting.torque_limit(plant_drive),
@@ -173,7 +166,7 @@ def close_loop(
         actual=plant_drive,
         motion=motion,
         options=options,
-        observer=fit_observer(controller, (design, chain), fitted, options, spec.sampling),
+        observer=controllers.fit_observer(controller, (design, chain), fitted, options, spec.sampling),
         controller=controller,
         rig=rig,
         target=target,

@@ -9,20 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cabledrive.identification import estimates
+from cabledrive.identification import estimates, two_sides
 from cabledrive.identification.estimates import Factors
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.rope_friction import Slip, without_slip
 from cabledrive.identification.signals import difference, zero_phase
-from cabledrive.identification.two_sides import (
-    SIGN_BANDS,
-    Cogging,
-    Solution,
-    TwoSides,
-    load_equation,
-    sum_at,
-    sum_equation,
-)
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.studies.study.machine import FRICTIONS, LOAD_FRICTIONS, SIGNED, has_flexible_joint, values_of
@@ -50,7 +41,9 @@ def around(name: str, value: float, half: float) -> tuple[float, float, float]:
     return value, value - half, value + half
 
 
-def identify_cable(load: Solution | None, drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
+def identify_cable(
+    load: two_sides.Solution | None, drive: Drive, found: dict[str, Interval]
+) -> dict[str, Interval]:
     """Value and bounds of a span's stiffness, damping and the load's friction, from the load's equation."""
     if load is None or "load_inertia" not in found:
         return {}
@@ -123,7 +116,7 @@ def _twist_rows(
 
     motor, pulley, end = smooth("angle"), smooth("drive_angle"), smooth("load_angle")
     speed = difference(end, h)
-    quick = difference(zero_phase(log.channel("load_angle"), h, min(SIGN_BANDS * band, 0.4 / h)), h)
+    quick = difference(zero_phase(log.channel("load_angle"), h, min(two_sides.SIGN_BANDS * band, 0.4 / h)), h)
     sides = zero_phase(np.sign(quick), h, band)
     friction = rubbed["load_viscous_friction"] * speed + rubbed["load_coulomb_friction"] * sides
     torque = behind * twice(pulley) + (load * twice(end) + friction) / gear
@@ -162,7 +155,7 @@ class RegressionResult:
     # its torque from the sample at which it is logged. It is taken out before anything else is solved
     lag: float
     kept: float  # share of the samples that could be used
-    cogging: Cogging | None  # what of the torque repeats with the motor's angle, taken out as well
+    cogging: two_sides.Cogging | None  # what of the torque repeats with the motor's angle, taken out as well
     slip: Slip | None  # of the rope on its pulley, taken out of the twist
 
 
@@ -180,7 +173,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
     joint, ratio = has_flexible_joint(drive), drive.load_pulley.radius / drive.drive_pulley.radius
     sides, slip = without_slip(
         [
-            TwoSides(  # a log at the first shaft
+            two_sides.TwoSides(  # a log at the first shaft
                 source=log.source,
                 interval=log.interval,
                 torque=log.channel("torque"),
@@ -194,8 +187,8 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
             for log in logs
         ]
     )
-    load = load_equation(sides)
-    solution, sides, lag = sum_equation(sides, load)
+    load = two_sides.load_equation(sides)
+    solution, sides, lag = two_sides.sum_equation(sides, load)
     scale = np.array([1.0, ratio**2, 1.0, 1.0, 1.0])
     fit, n = solution.fit, len(NAMES)  # in the quantities of a drive, without the lag
     middle = replace(
@@ -208,7 +201,7 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
     halves = solution.halves[:n] * scale
     if joint:  # what another share of the motor in the inertia before the cable moves
         others = [
-            sum_at([replace(one, share=one.share + split) for one in sides], load, solution.band)
+            two_sides.sum_at([replace(one, share=one.share + split) for one in sides], load, solution.band)
             for split in SPLITS
         ]
         halves += np.nanmax(np.abs(np.array(others) - solution.fit.values), axis=0)[:n] * scale

@@ -24,6 +24,7 @@ from cabledrive.rig.laws.controller_file import controller_numbers as law_and_fi
 from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.rig.setting import check_record
 from cabledrive.studies.route_pairs import route_resonance
+from cabledrive.studies.study import stage_cache
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, no_laws, try_laws
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageCase
@@ -33,14 +34,7 @@ from cabledrive.studies.study.goals import Goals, error_unit, goal_of
 from cabledrive.studies.study.machine import mechanical
 from cabledrive.studies.study.modes_stage import ModesResult, find_modes, resonance_of
 from cabledrive.studies.study.plants import CarriagePlant, LoadPlant, Plant, load_case
-from cabledrive.studies.study.stage_cache import (
-    StageCache,
-    as_plain,
-    key_of,
-    log_files,
-    logs_of,
-    sources_hash,
-)
+from cabledrive.studies.study.stage_cache import StageCache
 from cabledrive.studies.study.verdict_stage import Verdict, judge
 
 
@@ -95,8 +89,8 @@ def run_study(
     if drive.sensors is not None and drive.sensors.sample_rate is not None:
         duration = goals.motion.trajectory.duration
         check_record(duration, duration * drive.sensors.sample_rate)
-    cache, files = StageCache(folder=folder, note=note), log_files(logs)
-    records, hashes = logs_of(files, goals.columns), [file.sha256 for file in files]
+    cache, files = StageCache(folder=folder, note=note), stage_cache.log_files(logs)
+    records, hashes = stage_cache.logs_of(files, goals.columns), [file.sha256 for file in files]
     note("[1/8] check of drive and data")
     checked = cache.staged("check", check, drive, records, hashes)
     plant = plant_of(drive, goals, cache, checked)
@@ -127,7 +121,7 @@ def run_study(
         "laws": laws,
     }
     inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": hashes}
-    verdict, key = judge(Findings(**stages)), key_of("study", {**inputs, "goals": goals})
+    verdict, key = judge(Findings(**stages)), stage_cache.key_of("study", {**inputs, "goals": goals})
     return StudyResult(drive=drive, modes=modes, verdict=verdict, key=key, **stages)
 
 
@@ -227,7 +221,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         if shown["worst"]:
             shown["worst"]["course"] = shown["worst"].pop("reference")
         accepted = {"carriage": shown}
-    goals, unit, reached = as_plain(result.goals), error_unit(result.goals), verdict.reached
+    goals, unit, reached = stage_cache.as_plain(result.goals), error_unit(result.goals), verdict.reached
     key, size = f"reached_error_{unit.name}", reached.error if reached else None
     error: dict[str, Any] = {key: None if size is None else unit.of(size)}
     candidates = [
@@ -256,19 +250,20 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "findings": [finding.data for finding in result.knowledge.findings],
         "remedies": list(verdict.remedies),
         "cautions": list(verdict.cautions),
-        "margins": as_plain(verdict.margins),
+        "margins": stage_cache.as_plain(verdict.margins),
         "drive": result.drive.name,
         "drive_hash": content_hash(result.drive),
         **({"axis": result.drive.words} if isinstance(result.drive, AxisDrive) else {}),
         "goals": {name: value for name, value in goals.items() if name not in ("columns", "spreads")},
-        "stages": {name: as_plain(stage) for name, stage in stages.items()} | {"acceptance": accepted},
+        "stages": {name: stage_cache.as_plain(stage) for name, stage in stages.items()}
+        | {"acceptance": accepted},
         "study": result.key,
         "provenance": {
             "cabledrive": __version__,
             "drive": result.drive.name,
             "drive_hash": content_hash(result.drive),
             "logs": {log.name: log.sha256 for log in result.check.logs},
-            "source_hash": sources_hash(),
+            "source_hash": stage_cache.sources_hash(),
             "method": METHOD,
             "seed": result.goals.seed,
         },
@@ -276,7 +271,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
 
 
 def _shown(found: AcceptanceResult, left_out: tuple[str, ...]) -> dict[str, Any]:
-    data = {name: value for name, value in as_plain(found).items() if name not in left_out}
+    data = {name: value for name, value in stage_cache.as_plain(found).items() if name not in left_out}
     shares = {"median": 0.5, "quantile_95": 0.95, "quantile_99": 0.99, "largest": 1.0}
     return data | {f"{name}_error": found.quantile(share) for name, share in shares.items()}
 

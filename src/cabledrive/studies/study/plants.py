@@ -25,14 +25,7 @@ from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.setting import DEGREE, sample_interval
 from cabledrive.rig.tracking import summarize
 from cabledrive.rig.tuning import TUNING_DRAWS, TUNING_SEED, LawSetting, setting_of
-from cabledrive.studies.study.bandwidth_cost import (
-    SAMPLES_PER_PERIOD,
-    Candidate,
-    CarriageController,
-    cheapest,
-    design_carriage_law,
-    evaluate,
-)
+from cabledrive.studies.study import bandwidth_cost
 from cabledrive.studies.study.carriage import (
     CarriageCase,
     CarriageModel,
@@ -61,8 +54,8 @@ class ControllerResult:
     bandwidth: float | None = None
     sliding_rate: float | None = None
     bound: float | None = None  # stated bound of the load's error [rad]
-    chosen: Candidate | None = None
-    candidates: tuple[Candidate, ...]
+    chosen: bandwidth_cost.Candidate | None = None
+    candidates: tuple[bandwidth_cost.Candidate, ...]
     # lower, upper: bounds of the estimates p2 to p5 [kg m^2], [N m s/rad], [N m], [N m]
     lower: tuple[float, ...] = ()
     upper: tuple[float, ...] = ()
@@ -74,13 +67,13 @@ class ControllerResult:
 
 def design_controller(case: LoadCase, models: Mapping[int, float]) -> ControllerResult:
     """The law and bandwidth of least bound; ``models``: up to where each is right to 5 % [Hz]."""
-    rate = 1.0 / sample_interval(case.drive) / SAMPLES_PER_PERIOD
-    candidates: tuple[Candidate, ...] = ()
+    rate = 1.0 / sample_interval(case.drive) / bandwidth_cost.SAMPLES_PER_PERIOD
+    candidates: tuple[bandwidth_cost.Candidate, ...] = ()
     best, parts = None, {}
     for model, holds in models.items():
         hertz = [h for h in BANDWIDTHS if h <= min(holds, rate)]
-        tried = (evaluate(case, model, h) for h in hertz)
-        found, one, shares = cheapest(tried, "bound")
+        tried = (bandwidth_cost.evaluate(case, model, h) for h in hertz)
+        found, one, shares = bandwidth_cost.cheapest(tried, "bound")
         candidates += found
         if one is not None and (best is None or one.bound < best.bound):
             best, parts = one, shares
@@ -171,7 +164,7 @@ class Candidates:
     """Model, controller and laws of a plant, as far as it has them."""
 
     model: ModelResult | CarriageModel | None = None
-    controller: ControllerResult | CarriageController | None = None
+    controller: ControllerResult | bandwidth_cost.CarriageController | None = None
     laws: tuple[LawSetting, ...] = ()  # simplest first
     bound: float | None = None  # stated for the law of the chain [rad]
     reason: str = ""  # why there is no law; empty where there is one
@@ -309,7 +302,9 @@ class CarriagePlant:
         if model.reason or not possible:
             return Candidates(model=model, reason=model.reason or EXCEEDED)
         note("[6/8] controller: bandwidth of the scheduled law")
-        law = staged("controller", design_carriage_law, *about, self.known.quantities, model.left_out)
+        law = staged(
+            "controller", bandwidth_cost.design_carriage_law, *about, self.known.quantities, model.left_out
+        )
         setting = LawSetting(controller=law.name, bandwidth=law.bandwidth)
         laws = () if law.bandwidth is None else (setting,)
         return Candidates(model=model, controller=law, laws=laws, reason="" if laws else law.reason)

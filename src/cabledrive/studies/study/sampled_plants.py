@@ -20,14 +20,8 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
-from cabledrive.rig.laws.controllers import (
-    Controller,
-    DesignSpec,
-    chain_law,
-    fitted_encoders,
-    load_gear,
-    plant_chain,
-)
+from cabledrive.rig.laws import controllers
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.setting import CABLE, Motion, RigOptions, joint_backlash
 from cabledrive.rig.tuning import LawSetting, law_at
 from cabledrive.studies.study.machine import LOG, Quantity, drive_with
@@ -50,7 +44,7 @@ class LoadCase:
     @property
     def spec(self) -> DesignSpec:
         """For what laws are designed: encoders with random phases, stick-slip, delay; slack ends a run."""
-        near = "motor" if "motor" in fitted_encoders(self.drive) else "drive"
+        near = "motor" if "motor" in controllers.fitted_encoders(self.drive) else "drive"
         options = RigOptions(feedback=near, forbid_slack=True)
         return DesignSpec(self.drive, self.motion, feedback=near, options=options)
 
@@ -69,13 +63,13 @@ class LoadCase:
             share = quantities["motor_share"].outer
             low, high = low * share[0], high * share[1]
         elif model == 1:
-            gear, load = load_gear(self.drive), quantities["load_inertia"].outer
+            gear, load = controllers.load_gear(self.drive), quantities["load_inertia"].outer
             low, high = low + load[0] / gear**2, high + load[1] / gear**2
-        chain = plant_chain(self.drive, model)
+        chain = controllers.plant_chain(self.drive, model)
         nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
         lows, highs = np.array([[low, high], *(quantities[name].outer for name in MOTOR_SIDE)]).T
         bounds = Bounds(nominal=nominal, low=np.minimum(lows, nominal), high=np.maximum(highs, nominal))
-        return chain_law(replace(self.spec, bandwidth=hertz), model, damped=True, bounds=bounds)
+        return controllers.chain_law(replace(self.spec, bandwidth=hertz), model, damped=True, bounds=bounds)
 
     def loop(self, law: Controller, *, ideal: bool = False, cable: bool = False) -> Loop:
         """A law on its drive, with the torque limit of the goals; ``ideal``: it sees true angles."""
@@ -91,7 +85,7 @@ def with_values(loop: Loop, values: Mapping[str, float], phases: np.ndarray | No
     Ripple of the motor's torque goes with the angle that is wanted, which the motor keeps nearly.
     """
     plant = drive_with(loop.drive, values)
-    chain = plant_chain(plant, None)
+    chain = controllers.plant_chain(plant, None)
     play = 0.0 if loop.cable is not None else joint_backlash(plant, chain)
     fresh = with_plant(loop, chain, play)
     if "slip_torque" in values:  # a run in which the rope slides ends
