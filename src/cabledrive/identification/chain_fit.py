@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from cabledrive.identification.estimates import Finding, factor, joined, solve, suited_segments
-from cabledrive.identification.signals import difference, lagged, zero_phase
+from cabledrive.identification.signals import difference, lagged, rms, zero_phase
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import direction, integrate_chain
@@ -276,7 +276,7 @@ def fit_output_error(
     records: Sequence[Record], model: ChainModel, start: Mapping[str, float], *, tolerance: float = 1e-8
 ) -> ChainFit:
     """Fit a chain to several records from a value for each parameter; `NotComputed` if it does not settle."""
-    far = FAR * _size([r.output.ravel() for r in records])
+    far = FAR * rms(*(r.output.ravel() for r in records))
     found = _searched(records, model, start, far, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
     if found.status == 0:
         raise NotComputed(f"output error did not converge in {MOST_EVALUATIONS} evaluations: start nearer")
@@ -357,7 +357,7 @@ def starts_for(
         "stiffness": total * middle**2,
         "damping": total * middle,
         "viscous": max(viscous, 1e-3 * total / interval),
-        "coulomb": _size([record.input for record in records]),
+        "coulomb": rms(*(record.input for record in records)),
     }
     return scale, starts
 
@@ -374,11 +374,7 @@ def _rigid(records: Sequence[Record], rectified: bool) -> tuple[float, float, fl
         rows.append(np.column_stack([difference(smooth, h), smooth, jump, np.ones(smooth.size)]))
         left.append(zero_phase(input_, h, 0.05 / h))
     found = np.linalg.lstsq(np.vstack(rows), np.concatenate(left), rcond=None)[0]
-    size, force = _size([r.output.ravel() for r in records]), _size(left)
-    rate = _size([row[:, 0] for row in rows])
+    size, force = rms(*(r.output.ravel() for r in records)), rms(*left)
+    rate = rms(*(row[:, 0] for row in rows))
     total = float(found[0]) if found[0] > 1e-3 * force / rate else force / rate
     return total, max(float(found[1]), 1e-3 * force / size), max(float(found[2]), 1e-3 * force)
-
-
-def _size(parts: Sequence[Array]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))

@@ -54,6 +54,11 @@ def causal_filter(values: Array, interval: float, natural_frequency: float, damp
     return filtered
 
 
+def rms(*parts: Array) -> float:
+    """Root mean square of all values of some signals."""
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
 def lag_coefficients(time: float, interval: float) -> tuple[float, float, float]:
     """Shares of the newest and of the last value, and fading, of 1/(1 + T s) between samples."""
     if time == 0.0:

@@ -23,7 +23,7 @@ from cabledrive.identification.axis.simulated import case_of, refined
 from cabledrive.identification.axis.timing import TorqueTiming
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.signals import causal_filter, difference, ideal_low_pass, zero_phase
+from cabledrive.identification.signals import causal_filter, difference, ideal_low_pass, rms, zero_phase
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array, Complex
 
@@ -256,17 +256,17 @@ def against(found: Identification, alone: Identification, other: Log, options: A
     speed, off = case.speed[case.inner], (case.filtered(moved) - case.speed)[case.inner]
     open_loop: dict[str, Any] = {"reason": "its motion diverges"}
     if np.all(np.isfinite(off)):
-        open_loop = {"error": _rms(off), "unit": f"{way}/s", "relative": _rms(off) / _rms(speed)}
+        open_loop = {"error": rms(off), "unit": f"{way}/s", "relative": rms(off) / rms(speed)}
     try:
         seen = observed(axis, found.values, 1.0)
         (run,) = seen.runs(found.values)
         added = run.added[len(other) // 20 :]
         closed_loop: dict[str, Any] = {
-            "error": _rms(run.innovation[len(other) // 20 :]),
+            "error": rms(run.innovation[len(other) // 20 :]),
             "unit": way,
-            "torque_error": _rms(added),
+            "torque_error": rms(added),
             "torque_unit": other.units[axis.torque],
-            "relative": _rms(added) / _rms(seen.tracks[0].torque),
+            "relative": rms(added) / rms(seen.tracks[0].torque),
         }
     except NotComputed as failure:
         closed_loop = {"reason": str(failure)}
@@ -307,10 +307,6 @@ def words_of(found: Mapping[str, Any]) -> list[str]:
         words = f"{one['value']:.4g}, by itself {one['other']:.4g} {one['unit']}"
         lines.append(f"  {name.replace('_', ' '):<20} {words}: {state}")
     return lines
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def regressor_curves(log: Log, found: Identification, options: AxisOptions) -> tuple[Array, Array, Array]:

@@ -31,7 +31,7 @@ from cabledrive.identification.axis.observer import CORNER_DOUBT, between_sample
 from cabledrive.identification.axis.timing import spectral_lines
 from cabledrive.identification.estimates import Factors, Fit, Identification, solve, suited_segments
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.signals import difference, zero_phase
+from cabledrive.identification.signals import difference, rms, zero_phase
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
@@ -181,7 +181,7 @@ def refined(axis: Axis, found: Identification) -> Identification:
     cases = weighed(cases, values, speeds)
     values, speeds, fit = _solved(cases, values, speeds, PASSES)
     plain = [replace(c, weights=None).residual(values, v)[0] for c, v in zip(cases, speeds, strict=True)]
-    left, size = _size(plain), _size([case.speed[case.inner] for case in cases])
+    left, size = rms(*plain), rms(*(case.speed[case.inner] for case in cases))
     if not left <= LARGEST_RESIDUAL * size:
         raise NotComputed(
             f"the model does not reproduce the log in open loop (residual {100 * left / size:.0f} % of the "
@@ -191,10 +191,6 @@ def refined(axis: Axis, found: Identification) -> Identification:
     covariance, freedom = fit.covariance[:4, :4] + _own_error(cases, values, speeds), fit.freedom
     method = {"name": NAME, "residual_of": "speed", "freedom": freedom}
     return replace(found, residual=residual).refitted(values, covariance, freedom, method)
-
-
-def _size(rows: list[Array]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(rows) ** 2)))
 
 
 def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tuple[Array, Array, Fit]:
@@ -222,7 +218,7 @@ def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factor
     rows = [case.residual(values, v) for case, v in zip(cases, speeds, strict=True)]
     names = (*BASE, *(f"start {k}" for k in range(len(cases))), *((LAG,) if cases[0].lag else ()))
     parts = [(_apart(slopes, k, len(cases)), residual) for k, (residual, slopes) in enumerate(rows)]
-    return stacked(names, parts), _size([residual for residual, _ in rows])
+    return stacked(names, parts), rms(*(residual for residual, _ in rows))
 
 
 def _apart(slopes: Array, number: int, count: int) -> Array:
