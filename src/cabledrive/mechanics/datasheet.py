@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, shafts_of
-from cabledrive.mechanics.sag import irvine_parameter, midspan_sag, squared_shear, tension_with_sag
-from cabledrive.mechanics.spans import transverse_chains
+from cabledrive.mechanics.rest import rest_state
+from cabledrive.mechanics.sag import irvine_parameter
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described, figure
 from cabledrive.parameters.route.drive import require_two_pulleys
@@ -34,37 +34,6 @@ def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle
     return 2.0 * radius * pretension * tanh(friction * wrap_angle / 2.0)
 
 
-def lowest_static_tension(drive: Drive) -> float:
-    r"""Lowest tension on the cable at rest, the drive pulley held, the load pulley free unless it is fixed.
-
-    Gravity along the line, from drive to load, is :math:`g_s = -g\sin\varphi`. At distance s from the drive
-    pulley a span carries the mass M(s) between there and the load pulley,
-
-    .. math:: T(s) = \sigma + g_s\,M(s), \qquad \frac{1}{N L}\sum_{spans}\int_0^L T\,ds = T_0
-              \;\Rightarrow\;
-              \sigma = T_0 - \frac{g_s}{N}\sum_{spans}\Big(\tfrac12\rho_0 L + \sum_i m_i\frac{x_i}{L}\Big),
-
-    because the stretch of all N spans together stays what the pretension made it (:math:`x_i` is the distance
-    of carriage i from the drive pulley). A fixed load pulley keeps the stretch of each span apart. The lowest
-    tension is at the lower end. Sag and friction are left out.
-
-    Returns lowest tension [N]; zero or less means that a span hangs slack at rest.
-    """
-    length = drive.span_length
-    pull = -drive.layout.gravity_along
-    masses, moments = [], []
-    for span in drive.spans:
-        carriages = drive.carriages_on(span)
-        from_drive = [c.position if span == "upper" else length - c.position for c in carriages]
-        masses.append(drive.cable.mass_per_length * length + sum(c.mass for c in carriages))
-        moment = sum(c.mass * x for c, x in zip(carriages, from_drive, strict=True))
-        moments.append(drive.cable.mass_per_length * length / 2.0 + moment / length)
-    if not drive.load_pulley.fixed:
-        moments = [sum(moments) / len(moments)] * len(moments)
-    at_load = [drive.cable.pretension - pull * moment for moment in moments]
-    return min(t + min(0.0, pull * mass) for t, mass in zip(at_load, masses, strict=True))
-
-
 CABLE, TORQUE, REST, INERTIAS = "Cable", "Torque", "At rest", "Inertias"
 MASSLESS, RESOLUTION = "Estimates with a massless cable", "Resolution"
 _WRAP = "needs a loop with pulley.{0}.wrap_angle and pulley.{0}.capstan_friction"
@@ -76,8 +45,8 @@ class DerivedQuantities:
     r"""Quantities that follow from the drive file.
 
     Mass ratios of a loop are :math:`J/(2\rho r^2 L_e)`, as under Eq. (5.4) but with Le; the drive pulley
-    counts with the motor where the joint is rigid, without it where it is flexible. Sags are those of free
-    stretches, between pulleys and guided carriages, under the weight of cable and hanging carriages.
+    counts with the motor where the joint is rigid, without it where it is flexible. Tension and sag are those
+    of the elastic catenaries of `cabledrive.mechanics.rest.rest_state`.
     """
 
     axial_rigidity: float = figure("N", "Axial rigidity EA", CABLE)
@@ -101,11 +70,9 @@ class DerivedQuantities:
         "N m", "Slip torque at the load pulley", TORQUE, _WRAP.format(1)
     )
     lowest_static_tension: float = figure("N", "Lowest tension at rest", REST)
-    static_sag: float = figure("m", "Largest sag of a free stretch, tension kept at T₀", REST)
+    static_sag: float = figure("m", "Largest sag of a free stretch", REST)
     sag_ratio: float = figure("1", "That sag over the length Le of the span")
     irvine_parameter: float = figure("1", "Irvine parameter λ²; sag is small well below 1", REST)
-    tension_with_sag: float = figure("N", "Tension of that span after its sag has stretched it")
-    static_sag_held: float = figure("m", "The largest sag at the tension so raised")
     chi1: float | None = figure(
         "1", "Drive pulley over cable, χ₁ = J₁/(r₁² m)", INERTIAS, "the drive pulley is fixed"
     )
@@ -171,23 +138,26 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
     Returns
     -------
     DerivedQuantities
+
+    Raises
+    ------
+    NotComputed
+        If no state of rest is found.
     """
     require_two_pulleys(drive, "`derived_quantities`")
-    cable, layout, motor, sensors = drive.cable, drive.layout, drive.motor, drive.sensors
+    cable, motor, sensors = drive.cable, drive.motor, drive.sensors
     mass = len(drive.spans) * drive.span_length * cable.mass_per_length
-    # sag of the free stretches; what belongs to the whole span is that of the worse one
-    weight = layout.gravity_across
-    line_load = cable.stretched_mass_per_length * weight
-    sags, shears = dict.fromkeys(drive.spans, 0.0), dict.fromkeys(drive.spans, 0.0)
-    for labelled in transverse_chains(drive):
-        span, string = labelled.stretches[0].span, labelled.chain
-        ends = np.cumsum(string.lengths) * (1.0 + cable.prestrain)
-        load = float(ends[-1]), line_load, ends[:-1], string.masses[1:-1] * weight
-        sags[span] = max(sags[span], midspan_sag(cable.pretension, *load))
-        shears[span] += squared_shear(*load) / drive.pulley_distance
-    stiffness = cable.axial_rigidity * (1.0 + cable.prestrain)
-    irvine = {span: irvine_parameter(stiffness, cable.pretension, shear) for span, shear in shears.items()}
-    tension = {span: tension_with_sag(cable.pretension, irvine[span]) for span in sags}
+    rest, irvine = rest_state(drive), [0.0]
+    for span in drive.spans:
+        squares = pull = 0.0
+        for own in (stretch for stretch in rest.stretches if stretch.span == span):
+            first, last = own.force_at(np.array([own.start, own.end]))[1].tolist()
+            squares += own.length * (first**2 + first * last + last**2) / 3.0
+            pull += own.length * own.mean_tension
+        if squares:
+            pull, shear = pull / drive.span_length, squares / drive.span_length
+            irvine.append(irvine_parameter(cable.axial_rigidity * (1.0 + cable.prestrain), pull, shear))
+    sag = max(section.sag for section in rest.sections)
     rims = [None if s.fixed else s.rim_mass / mass for s in shafts_of(drive)[:2]]
     modes = [omega and omega / (2.0 * pi) for omega in (lumped_cable_mode(drive), lumped_joint_mode(drive))]
     slips: list[float | None] = []
@@ -209,13 +179,11 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
         cable_mass=mass,
         cable_stiffness=cable.axial_rigidity / drive.span_length,
         lumped_cable_stiffness=drive.lumped.cable_stiffness if drive.lumped else None,
-        lowest_static_tension=lowest_static_tension(drive),
+        lowest_static_tension=rest.lowest_tension,
         transverse_frequency_hz=cable.transverse_wave_speed / (2.0 * drive.pulley_distance),
-        static_sag=max(sags.values()),
-        sag_ratio=max(sags.values()) / drive.pulley_distance,
-        irvine_parameter=max(irvine.values()),
-        tension_with_sag=max(tension.values()),
-        static_sag_held=max(sags[span] * cable.pretension / tension[span] for span in sags),
+        static_sag=sag,
+        sag_ratio=sag / drive.pulley_distance,
+        irvine_parameter=max(irvine),
         chi1=rims[0],
         chi2=rims[1],
         slack_torque=len(drive.spans) * drive.drive_pulley.radius * cable.pretension,

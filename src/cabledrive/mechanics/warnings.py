@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from math import degrees, inf
 
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.drive import require_two_pulleys
@@ -88,7 +89,8 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A sag that bends the straight cable of the reduced models."""
     ratio, irvine = sheet.sag_ratio / SMALL_SAG, sheet.irvine_parameter / SMALL_IRVINE
     if max(ratio, irvine) > 1.0:
-        straight = drive.cable.pretension * max(ratio, irvine ** (1.0 / 3.0))
+        pull = max(stretch.mean_tension for stretch in rest_state(drive).stretches)
+        straight = pull * max(ratio, irvine ** (1.0 / 3.0))
         advice = _none_is_enough(drive, straight) or f"a cable.pretension of {straight:.3g} N would be enough"
         yield (
             f"a span sags by {sheet.static_sag:.3g} m, {rounded(100 * sheet.sag_ratio, 3)}% of its length "
