@@ -64,10 +64,8 @@ def _check_workers(versions: dict[str, str], url: str) -> None:
         raise InputRefused(f"--scheduler {url}: has no workers: start some first")
     for worker, version in sorted(versions.items()):
         if version != __version__:
-            raise InputRefused(
-                f"--scheduler {url}: worker {worker} has cabledrive {version}, this is {__version__}: "
-                "install one version everywhere"
-            )
+            said = f"--scheduler {url}: worker {worker} has cabledrive {version}, this is {__version__}"
+            raise InputRefused(f"{said}: install one version everywhere")
 
 
 def _version() -> str:

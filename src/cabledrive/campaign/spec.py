@@ -75,10 +75,8 @@ def checked_points(design: Design, first: int, last: int, axes: int) -> Array:
     points = np.asarray(design.points(first, last), dtype=float)
     inside = points.shape == (last - first, axes) and bool(np.all((points >= 0.0) & (points <= 1.0)))
     if not inside:
-        raise InputRefused(
-            f"design: points of rows {first} to {last} are no array of shape ({last - first}, {axes}) "
-            "between 0 and 1: correct the design"
-        )
+        said = f"design: points of rows {first} to {last} are no array of shape"
+        raise InputRefused(f"{said} ({last - first}, {axes}) between 0 and 1: correct the design")
     return points
 
 

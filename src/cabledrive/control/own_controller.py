@@ -80,10 +80,8 @@ def checked_controller(given: Any) -> OwnController:
         raise InputRefused(f'controller "{name}": sample_time = {time!r} must be a time in s above 0')
     shafts = shafts if isinstance(shafts, tuple | list) else (shafts,)
     if list(shafts) != [shaft for shaft in SHAFTS if shaft in shafts]:
-        raise InputRefused(
-            f'controller "{name}": shafts = {_shown(shafts)} must name shafts from the motor to the load: '
-            f"take some of {', '.join(SHAFTS)}, in this order"
-        )
+        said = f'controller "{name}": shafts = {_shown(shafts)} must name shafts from the motor to the load'
+        raise InputRefused(f"{said}: take some of {', '.join(SHAFTS)}, in this order")
     for key, known in (("measures", MEASURES), ("follows", REFERENCES)):
         if not isinstance(own[key], str) or own[key] not in known:
             words = ", ".join(f"{word} ({what})" for word, what in known.items())

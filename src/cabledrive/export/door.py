@@ -85,10 +85,8 @@ def export_to(
     if found.caution and what != "plant" and not anyway:
         raise InputRefused(f"{source}: {found.caution}: add --anyway to export its law all the same")
     if found.law.own is not None and (float32 or what != "controller"):
-        raise InputRefused(
-            f'controller "{found.law.name}" is your own: it is exported alone and in double precision; the '
-            "plant is exported from the drive without it"
-        )
+        said = f'controller "{found.law.name}" is your own: it is exported alone and in double precision'
+        raise InputRefused(f"{said}; the plant is exported from the drive without it")
     files, notes = _package(found, format, what, float32)
     write_folder(place, files)
     notes = [*([found.caution] if found.caution else []), *notes]

@@ -54,10 +54,8 @@ def single_precision(source: ExportSource) -> SinglePrecision:
     wide, narrow = peak_error(source, source.law, np.float64), peak_error(source, law, np.float32)
     factor = narrow / wide
     if not factor <= ACCEPTED:
-        raise InputRefused(
-            f"float32: the peak error of {law.name} grows by a factor of {factor:.3g} in single precision, "
-            f"above {ACCEPTED}: export it in double precision"
-        )
+        said = f"float32: the peak error of {law.name} grows by a factor of {factor:.3g} in single precision"
+        raise InputRefused(f"{said}, above {ACCEPTED}: export it in double precision")
     gap, largest = self_test_gap(law)
     if not MARGIN * gap <= TESTABLE * largest:
         raise InputRefused(

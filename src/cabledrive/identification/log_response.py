@@ -140,16 +140,12 @@ def coherence_words(found: FrequencyResponse, input_: Array, interval: float) ->
         inside = distance == distance.min()
     values = found.coherence[inside]
     middle, worst = float(np.median(values)), int(np.argmin(values))
-    words = (
-        f"coherence {middle:.2f} (median, {low:.3g} to {high:.3g} Hz, where the input has its power), lowest "
-        f"{values[worst]:.2f} at {found.frequency[inside][worst]:.4g} Hz"
-    )
+    words = f"coherence {middle:.2f} (median, {low:.3g} to {high:.3g} Hz, where the input has its power), "
+    words += f"lowest {values[worst]:.2f} at {found.frequency[inside][worst]:.4g} Hz"
     if middle >= LOW:
         return words, []
-    warning = (
-        f"coherence {middle:.2f} is below {LOW:g}: most of the output is noise, not linear, or not of this "
-        "input; check the columns, excite more strongly"
-    )
+    warning = f"coherence {middle:.2f} is below {LOW:g}: most of the output is noise, not linear, "
+    warning += "or not of this input; check the columns, excite more strongly"
     return f"{words}\nwarning: {warning}", [warning]
 
 

@@ -44,10 +44,8 @@ def multisine_lines(
     lines = np.arange(int(np.ceil(low / spacing - 1e-9)), int(np.floor(high / spacing + 1e-9)) + 1)
     lines = lines[lines % 2 == 1] if odd else lines
     if lines.size < max(1, count or 1):
-        raise InputRefused(
-            f"{lines.size} lines of {spacing:.4g} Hz from {low:.4g} to {high:.4g} Hz, {count or 1} wanted:"
-            " take a longer period"
-        )
+        said = f"{lines.size} lines of {spacing:.4g} Hz from {low:.4g} to {high:.4g} Hz, {count or 1} wanted"
+        raise InputRefused(f"{said}: take a longer period")
     if count is not None:
         lines = lines[np.unique(np.rint(np.linspace(0, lines.size - 1, count)).astype(int))]
     return lines

@@ -191,10 +191,8 @@ def _even(table: Table, heads: dict[str, str]) -> tuple[float, list[Array], list
     grid = check.grid
     length = window_length(rate)
     if grid.size <= length:
-        raise InputRefused(
-            f"{table.source}: {grid.size / rate:.3g} s are shorter than a window of {length / rate:.3g} s: "
-            "record the whole test"
-        )
+        said = f"{table.source}: {grid.size / rate:.3g} s are shorter than a window of {length / rate:.3g} s"
+        raise InputRefused(f"{said}: record the whole test")
     if grid.size > 2 * MOST_SAMPLES:
         raise InputRefused(f"{table.source}: has gaps longer than its samples: record it again")
     for name, values in zip(names, parts, strict=True):

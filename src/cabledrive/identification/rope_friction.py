@@ -76,10 +76,8 @@ def split_friction(logs: Sequence[Log], tensions: Sequence[float]) -> FrictionSp
     if levels[-1] - levels[0] < ALIKE * levels[-1]:
         reason = f"all logs are at {levels[-1]:.4g} N: take one at another pretension"
     elif half > WIDE * whole:
-        reason = (
-            f"the wraps' part at {mean:.4g} N is known to {half:.3g} N m only, all friction is {whole:.3g} "
-            "N m: spread the tensions further, or record more strokes"
-        )
+        reason = f"the wraps' part at {mean:.4g} N is known to {half:.3g} N m only, "
+        reason += f"all friction is {whole:.3g} N m: spread the tensions further, or record more strokes"
     if reason:
         findings = [f"friction of wraps and of bearings not told apart: {reason}"]
         constant, slope = (Estimate.unknown(unit, "the logs do not tell it") for unit in ("N m", "m"))

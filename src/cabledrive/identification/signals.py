@@ -122,10 +122,8 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
     bands of a sixth of an octave, with ten times that, and not more than a tenth of the sample rate.
     """
     if position.size < FEWEST_SAMPLES:
-        raise InputRefused(
-            f"{position.size} samples are too few to separate motion from noise, {FEWEST_SAMPLES} the least: "
-            "record longer"
-        )
+        said = f"{position.size} samples are too few to separate motion from noise"
+        raise InputRefused(f"{said}, {FEWEST_SAMPLES} the least: record longer")
     frequency, power, floor = _spectrum(position, interval)
     edges = frequency[1] * 2.0 ** (np.arange(0, 200) / 6)
     edges = edges[edges < 0.1 / interval]

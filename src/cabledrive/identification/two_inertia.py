@@ -120,10 +120,8 @@ def channels_of(logs: Sequence[Log]) -> Channels:
     load = next((n for n in moving if set(n.split("_")) & set(LOAD_WORDS)), None)
     motor = next((n for n in moving if not set(n.split("_")) & set(LOAD_WORDS)), None)
     if load is None and motor is None:
-        raise InputRefused(
-            f"{logs[0].source}: no velocity, angle or position: map one, as --column "
-            '"load_velocity=COLUMN:rad/s"'
-        )
+        said = f"{logs[0].source}: no velocity, angle or position"
+        raise InputRefused(f'{said}: map one, as --column "load_velocity=COLUMN:rad/s"')
     for log in logs:
         for name in filter(None, (input_, motor, load)):
             if np.ptp(log.channel(name)) == 0.0:
@@ -343,10 +341,8 @@ def _sides(log: Log, channels: Channels) -> TwoSides:
     speeds = [one.quick(values, 10.0) for values in (motor, load)]
     turns = float(speeds[0] @ speeds[1] / (speeds[1] @ speeds[1]))
     if turns > GEAR:
-        raise InputRefused(
-            f"{log.source}: {channels.motor} moves {turns:.3g} times as far as {channels.load}: give both at "
-            "one shaft, the load's times the gear ratio"
-        )
+        said = f"{log.source}: {channels.motor} moves {turns:.3g} times as far as {channels.load}"
+        raise InputRefused(f"{said}: give both at one shaft, the load's times the gear ratio")
     return replace(one, slow=STILL * float(np.sqrt(np.mean(speeds[0] ** 2))))
 
 

@@ -98,10 +98,8 @@ class CableLaw(ABC):
         inherits = not getattr(cls.__mro__[1], "__abstractmethods__", ())
         if not defined:
             if inherits and (changed := _FOLLOW.intersection(own)):
-                raise TypeError(
-                    f"{cls.__name__} changes {min(changed)}, which only reports the force: define "
-                    "components, from which motion, tension and energy follow"
-                )
+                said = f"{cls.__name__} changes {min(changed)}, which only reports the force"
+                raise TypeError(f"{said}: define components, from which motion, tension and energy follow")
             return
         cls.source = defined[0]
         derived = {name: vars(CableLaw)[name] for name in _DERIVED} if inherits else {}

@@ -95,10 +95,8 @@ def made_law(model: Any, cable: Cable) -> CableLaw:
     try:
         law = model(pretension=cable.pretension, axial_rigidity=cable.axial_rigidity)
     except TypeError as error:
-        raise InputRefused(
-            f"model = {label(model)} cannot be made from pretension and axial_rigidity ({error}): give "
-            "further fields a default, or functools.partial(...)"
-        ) from None
+        said = f"model = {label(model)} cannot be made from pretension and axial_rigidity ({error})"
+        raise InputRefused(f"{said}: give further fields a default, or functools.partial(...)") from None
     if not isinstance(law, CableLaw):
         raise InputRefused(f"model = {label(model)} makes a {type(law).__name__}: return a CableLaw")
     return law
@@ -111,10 +109,8 @@ def check_law(law: CableLaw, cable: Cable, known: Mapping[str, type[CableLaw]]) 
     for name, unit in (("pretension", "N"), ("axial_rigidity", "N")):
         ours, theirs = getattr(law, name), getattr(cable, name)
         if ours != theirs:
-            raise InputRefused(
-                f"model = {label(law)} has {name} = {ours:.6g} {unit}, the cable {theirs:.6g} {unit}: give "
-                "the class, or make it for this cable"
-            )
+            said = f"model = {label(law)} has {name} = {ours:.6g} {unit}, the cable {theirs:.6g} {unit}"
+            raise InputRefused(f"{said}: give the class, or make it for this cable")
     if law.name in known and type(law) is not known[law.name]:
         raise InputRefused(f'model = {label(law)}: "{law.name}" is the name of another law: give it its own')
     zero = np.zeros(3)

@@ -39,10 +39,8 @@ def checked_condition(motor: str | None, sprung: bool) -> str:
     if motor not in CONDITIONS:
         raise InputRefused(f'motor = "{motor}" is not one of its values: write free, held or holding')
     if motor == HOLDING and not sprung:
-        raise InputRefused(
-            'motor = "holding" needs motor.holding_stiffness [N m/rad], which the drive file does not give: '
-            "add it, or take free or held"
-        )
+        said = 'motor = "holding" needs motor.holding_stiffness [N m/rad], which the drive file does not give'
+        raise InputRefused(f"{said}: add it, or take free or held")
     return motor
 
 
@@ -79,10 +77,8 @@ def left_out_under_torque(drive: Drive) -> str | None:
     """What is left out where a torque controls the drive, a sentence; None without a holding stiffness."""
     if drive.motor is None or drive.motor.holding_stiffness is None:
         return None
-    return (
-        f"motor.holding_stiffness = {drive.motor.holding_stiffness:.4g} N m/rad is left out: under torque "
-        "control (field-oriented for a stepper) the motor turns freely"
-    )
+    said = f"motor.holding_stiffness = {drive.motor.holding_stiffness:.4g} N m/rad is left out"
+    return f"{said}: under torque control (field-oriented for a stepper) the motor turns freely"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

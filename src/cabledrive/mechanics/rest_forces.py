@@ -86,10 +86,8 @@ class Statics:
             scale = np.abs(forces).max(initial=0.0) + self.drive.cable.pretension
             if np.abs(step).max(initial=0.0) <= 1e-13 * scale:
                 return np.asarray(constant + known @ forces)
-        raise NotComputed(
-            f"no state of rest within {MOST_STEPS} steps: raise cable.pretension above "
-            f"{self.drive.cable.pretension:.4g} N"
-        )
+        said = f"no state of rest within {MOST_STEPS} steps"
+        raise NotComputed(f"{said}: raise cable.pretension above {self.drive.cable.pretension:.4g} N")
 
     def _integrate(self, first: Array, tied: bool) -> tuple[Array, Array]:
         """From the unknowns to the force at the start of each piece: matrices and constants."""

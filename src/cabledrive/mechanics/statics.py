@@ -62,10 +62,8 @@ def equilibrium(mesh: Mesh, law: CableLaw, *, hold: str = "none") -> Equilibrium
         before = rim, over
         rim += over / slope
     else:
-        raise NotComputed(
-            f"no equilibrium on the holding stiffness: {over:.3g} N out of balance at the drive rim; raise "
-            "motor.holding_stiffness or hold the drive pulley"
-        )
+        said = f"no equilibrium on the holding stiffness: {over:.3g} N out of balance at the drive rim"
+        raise NotComputed(f"{said}; raise motor.holding_stiffness or hold the drive pulley")
     drive_torque = -float(spring * rim if spring else left[0, 0]) * mesh.shafts[0].radius
     load_torque = -float(left[0, mesh.segments]) * mesh.shafts[1].radius if rigid_load else 0.0
     loose = hold == "none" and not mesh.shafts[0].fixed and not rigid_load and spring == 0.0
@@ -134,10 +132,8 @@ class _Balance:
                     break
                 share /= 2.0
             else:
-                raise NotComputed(
-                    f"no equilibrium: {np.sqrt(merit):.3g} N out of balance and no step lowers it; "
-                    "raise cable.pretension or use more segments"
-                )
+                said = f"no equilibrium: {np.sqrt(merit):.3g} N out of balance and no step lowers it"
+                raise NotComputed(f"{said}; raise cable.pretension or use more segments")
             displacement = trial
         raise NotComputed(
             f"no equilibrium within {MOST_ITERATIONS} Newton steps: {np.max(np.abs(left)):.3g} N out of "

@@ -106,10 +106,8 @@ class Component:
         band = bands(still, np.ones(1), strains[:, None], np.zeros((t.part.size, 1)))[..., 0]
         loose, unstable = zero_pivots(band, 1e-12 + 1e-13 * t.size if turned else 1e-9)
         if turned and unstable:
-            raise InputRefused(
-                "the machine is unstable where it stands: the forces at rest turn a body away; support it, "
-                "or give it stiffness"
-            )
+            said = "the machine is unstable where it stands: the forces at rest turn a body away"
+            raise InputRefused(f"{said}; support it, or give it stiffness")
         return loose
 
     def counts(self, omega: Array) -> Array:

@@ -159,10 +159,8 @@ def straight_limit(network: Network, below: float, *, kind: str | None = None) -
     spectrum = Spectrum(network_of_routes(network, hanging=False))
     number = spectrum.count(below)
     if number > MOST_CHECKED:
-        return (
-            f"straight ropes: {number} modes below {below / (2 * pi):.4g} Hz, more than {MOST_CHECKED}: "
-            "whether sag moves one was not checked"
-        )
+        said = f"straight ropes: {number} modes below {below / (2 * pi):.4g} Hz, more than {MOST_CHECKED}"
+        return f"{said}: whether sag moves one was not checked"
     listed = [mode for mode in spectrum.below(below) if kind in (None, mode.kind)]
     return route_limit(network, listed, spectrum.below, hanging=False)
 
@@ -228,10 +226,8 @@ def _clear(spectrum: Spectrum, omega: float) -> float:
     """The frequency, or one just below it, at which the count does not depend on round-off [rad/s]."""
     held, below = spectrum.count(omega), omega / (2 * pi)
     if held > MOST_MODES:
-        raise InputRefused(
-            f"below = {below:.9g} Hz holds {held} modes, at most {MOST_MODES} are certified: "
-            f"lower it to about {below * MOST_MODES / held:.3g} Hz"
-        )
+        said = f"below = {below:.9g} Hz holds {held} modes, at most {MOST_MODES} are certified"
+        raise InputRefused(f"{said}: lower it to about {below * MOST_MODES / held:.3g} Hz")
     return _off_modes(spectrum, omega)
 
 
@@ -330,8 +326,6 @@ def _checked_count(below: float | None, count: int | None) -> int:
     if not (isfinite(below) and below > 0.0):
         raise InputRefused(f"below = {below:.9g} Hz must be positive and finite: give the upper end in Hz")
     if not LOWEST_BELOW <= below <= HIGHEST_BELOW:
-        raise InputRefused(
-            f"below = {below:.9g} Hz must lie between {LOWEST_BELOW:g} and {HIGHEST_BELOW:g} Hz: "
-            "outside the range of machines"
-        )
+        said = f"below = {below:.9g} Hz must lie between {LOWEST_BELOW:g} and {HIGHEST_BELOW:g} Hz"
+        raise InputRefused(f"{said}: outside the range of machines")
     return 0

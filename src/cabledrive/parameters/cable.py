@@ -35,10 +35,8 @@ class Rope:
     def __post_init__(self) -> None:
         check_fields(self)
         if self.given_rigidity is not None and (self.youngs_modulus, self.area) != (None, None):
-            raise InputRefused(
-                f"axial_rigidity = {self.given_rigidity:.9g} N beside youngs_modulus or area: give the "
-                "rigidity, or modulus and area"
-            )
+            said = f"axial_rigidity = {self.given_rigidity:.9g} N beside youngs_modulus or area"
+            raise InputRefused(f"{said}: give the rigidity, or modulus and area")
 
     @property
     def axial_rigidity(self) -> float:
@@ -86,10 +84,8 @@ class Cable(Rope):
         Rope.__post_init__(self)
         if self.given_rigidity is None and None in (self.youngs_modulus, self.area):
             which = "youngs_modulus" if self.youngs_modulus is None else "area"
-            raise InputRefused(
-                f"{which} is missing: give youngs_modulus [Pa] and area [m^2], or axial_rigidity [N], their "
-                "product"
-            )
+            said = f"{which} is missing: give youngs_modulus [Pa] and area [m^2], or axial_rigidity [N]"
+            raise InputRefused(f"{said}, their product")
 
     def with_rigidity(self, rigidity: float) -> "Cable":
         """The same cable of another axial rigidity.

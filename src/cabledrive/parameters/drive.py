@@ -195,10 +195,8 @@ def _check_coupling(drive: Drive, number: int, carriage: Carriage) -> None:
     """It is coupled to one that is there, and round a ring of couplings the directions agree."""
     if not carriage.coupled:
         if carriage.direction != 1:
-            raise InputRefused(
-                f"carriage.{number}.direction = {carriage.direction} needs carriage.{number}.coupled, "
-                "the carriage that it moves with: add it, or leave direction out"
-            )
+            said = f"carriage.{number}.direction = {carriage.direction} needs carriage.{number}.coupled"
+            raise InputRefused(f"{said}, the carriage that it moves with: add it, or leave direction out")
         return
     place = f'carriage.{number}.coupled = "{carriage.coupled[:60]}"'
     other = drive.carriage_number(carriage.coupled)

@@ -232,10 +232,8 @@ def simulate_fast(
     # torque and its spectrum per step, amplitudes and row per record
     size = 64 * steps + 8 * (steps // stride + 1) * (8 * scheme.sines + 2 * model.natural.size + 100)
     if size > MOST_MEMORY:
-        raise InputRefused(
-            f"this run takes {size / 1e9:.3g} GB of memory, at most {MOST_MEMORY / 1e9:.0f} GB are used: "
-            "lower rate or shorten it"
-        )
+        said = f"this run takes {size / 1e9:.3g} GB of memory, at most {MOST_MEMORY / 1e9:.0f} GB are used"
+        raise InputRefused(f"{said}: lower rate or shorten it")
     signal = checked_signal(torque, "torque", duration, step)
     samples = signal.at(np.arange(steps + 1, dtype=np.float64) * step) + (
         drive.motor.offset_torque if drive.motor else 0.0
@@ -298,10 +296,8 @@ def check_band(model: UniformTensionModel, samples: Array, step: float) -> None:
     top = HIGHEST_SHARE * model.span_resonance
     hidden = content[frequency > top].sum() / max(content.sum(), 1e-300)
     if hidden > HIDDEN_SHARE:
-        raise InputRefused(
-            f"torque: {100 * hidden:.2g} % of its energy lies above {top / (2 * pi):.4g} Hz, "
-            "where the fast model ends: use --model exact"
-        )
+        said = f"torque: {100 * hidden:.2g} % of its energy lies above {top / (2 * pi):.4g} Hz"
+        raise InputRefused(f"{said}, where the fast model ends: use --model exact")
 
 
 def start_amplitudes(

@@ -42,10 +42,8 @@ class LumpedChain:
                 f"a lumped chain of {n} inertias needs {n} names, frictions and offsets: give as many"
             )
         if any(len(x) != n - 1 for x in (self.stiffness, self.damping, self.ratios)):
-            raise InputRefused(
-                f"a lumped chain of {n} inertias needs {n - 1} links: give stiffness, damping and ratios "
-                "of each"
-            )
+            said = f"a lumped chain of {n} inertias needs {n - 1} links"
+            raise InputRefused(f"{said}: give stiffness, damping and ratios of each")
         if min(self.inertias) <= 0.0:
             raise InputRefused(
                 f"inertia = {min(self.inertias):.4g} must be above 0: merge the inertia with its neighbour"
@@ -271,10 +269,8 @@ def _check(drive: Drive, model: int) -> None:
             f"model {model} needs motor.joint_stiffness [N m/rad]: give it, or take model {model - 1}"
         )
     if drive.carriage:
-        raise InputRefused(
-            f"the lumped models do not support carriages, the drive has {len(drive.carriage)}: use `study` "
-            "(guided carriage) or `simulate`"
-        )
+        said = f"the lumped models do not support carriages, the drive has {len(drive.carriage)}"
+        raise InputRefused(f"{said}: use `study` (guided carriage) or `simulate`")
     fixed = [name for name, pulley in zip(("drive", "load"), drive.pulley, strict=True) if pulley.fixed]
     if fixed:
         raise InputRefused(

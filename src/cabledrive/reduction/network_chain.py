@@ -95,10 +95,8 @@ class NetworkChain:
             return f"springs hold {self.load} to the frame: the motor turns no free chain"
         if self.off_the_end > MOST_OFF_THE_END:
             row = ", ".join(f"{one:.3g}" for one in self.load_row / np.abs(self.load_row).max())
-            return (
-                f"{self.load} is not the end of the chain that {who} drives: load row ({row}), "
-                f"allowed before the end are {100 * MOST_OFF_THE_END:.3g} %"
-            )
+            said = f"{self.load} is not the end of the chain that {who} drives"
+            return f"{said}: load row ({row}), allowed before the end are {100 * MOST_OFF_THE_END:.3g} %"
         if self.neglected > MOST_NEGLECTED:
             return (
                 f"the chain of {self.inertias.size} inertias leaves out {100 * self.neglected:.3g} % of the "

@@ -60,10 +60,8 @@ def transporter_of(
     Raises `InputRefused` if the drive is another kind of machine, or a mass or length is not positive.
     """
     if drive.kind != "loop" or len(drive.carriage) != 1 or drive.carriage[0].span != "upper":
-        raise InputRefused(
-            f"drive {drive.name!r} is no loop with one carriage on its upper span: give one, such as "
-            "dissertation-transporter"
-        )
+        said = f"drive {drive.name!r} is no loop with one carriage on its upper span"
+        raise InputRefused(f"{said}: give one, such as dissertation-transporter")
     if drive.motor is None:
         raise InputRefused("motor is missing, and the carriage is to be moved: add motor.inertia")
     if min(payload_mass, line_length) <= 0.0:
@@ -101,10 +99,8 @@ def strand_stiffness(transporter: Transporter, position: float) -> tuple[float, 
     """
     t = transporter
     if not 0.0 < position < t.span_length:
-        raise InputRefused(
-            f"position = {position:.4g} m is not within 0 and {t.span_length:.4g} m, the span's length: keep "
-            "the carriage between the pulleys"
-        )
+        said = f"position = {position:.4g} m is not within 0 and {t.span_length:.4g} m, the span's length"
+        raise InputRefused(f"{said}: keep the carriage between the pulleys")
     return (
         t.axial_rigidity / position,
         t.axial_rigidity / (t.span_length - position),

@@ -195,8 +195,6 @@ def span_tensions(drive: Drive, load_torque: float) -> dict[str, float]:
     slack = min(tensions, key=lambda span: tensions[span])
     if tensions[slack] <= 0.0:
         limit = drive.cable.pretension * drive.load_pulley.radius * len(drive.spans)
-        raise InputRefused(
-            f"load_torque = {load_torque:.4g} N m leaves the {slack} span without tension: "
-            f"stay below {limit:.4g} N m or raise cable.pretension"
-        )
+        said = f"load_torque = {load_torque:.4g} N m leaves the {slack} span without tension"
+        raise InputRefused(f"{said}: stay below {limit:.4g} N m or raise cable.pretension")
     return tensions

@@ -113,20 +113,16 @@ def _checked_body(drive: RoutedDrive) -> Body:
     for motor, (key, without) in product(drive.motor, absent.items()):
         value = getattr(motor, key)
         if value != without:
-            raise InputRefused(
-                f'motor "{motor.pulley}": {key} = {value:.4g} is not part of the model of two winches: '
-                "leave it out"
-            )
+            said = f'motor "{motor.pulley}": {key} = {value:.4g} is not part of the model of two winches'
+            raise InputRefused(f"{said}: leave it out")
     if drive.carriage:
         raise InputRefused("carriage: lines of winches carry no carriages here: make it a body")
     if any(route.closed or route.speed for route in drive.route):
         raise InputRefused("route: lines of winches are open and at rest: leave closed and speed out")
     for pulley in drive.pulley:
         if pulley.fixed or pulley.on:
-            raise InputRefused(
-                f'pulley "{pulley.name}" is {"fixed" if pulley.fixed else "on a body"}: lines of winches '
-                "run over pulleys that turn on the frame"
-            )
+            said = f'pulley "{pulley.name}" is {"fixed" if pulley.fixed else "on a body"}'
+            raise InputRefused(f"{said}: lines of winches run over pulleys that turn on the frame")
     return body
 
 

@@ -89,10 +89,8 @@ def uniform_tension_model(drive: Drive, sines: int = 16) -> UniformTensionModel:
         natural = np.append(0.0, natural)
         shapes.insert(0, np.full(3, rigid_mass(drive) ** -0.5))
     elif not kept:
-        raise InputRefused(
-            "the holding stiffness leaves no longitudinal mode below the first resonance of a span: the fast "
-            "model does not fit; use --model exact"
-        )
+        said = "the holding stiffness leaves no longitudinal mode below the first resonance of a span"
+        raise InputRefused(f"{said}: the fast model does not fit; use --model exact")
     rims = np.array(shapes)
     wave_numbers = np.arange(1, sines + 1, dtype=np.float64) * pi / length
     stiffness = cable.axial_rigidity * (1.0 + cable.prestrain)

@@ -94,10 +94,8 @@ class RecordsInFolder(Records):
             before = dict(json.loads((self.folder / SETTING).read_text(encoding="utf-8")))
             for key, value in case.fingerprint.items():
                 if before.get(key) != value:
-                    raise InputRefused(
-                        f"{self.folder}: holds a run with another {key}: resume it with the same settings, "
-                        "or start anew with force"
-                    )
+                    said = f"{self.folder}: holds a run with another {key}"
+                    raise InputRefused(f"{said}: resume it with the same settings, or start anew with force")
             if not (self.folder / CHECKPOINT).exists():
                 return None  # killed before its first checkpoint: begin at the beginning
             content = (self.folder / CHECKPOINT).read_bytes()

@@ -233,10 +233,8 @@ def time_grid(duration: float, largest_step: float, scheme: Scheme, rate: float,
     wanted = min(scheme.cfl * largest_step if step is None else step, duration)
     most = min(MOST_STEPS, MOST_NODE_STEPS / nodes)
     if duration / wanted > most:
-        raise InputRefused(
-            f"duration = {duration:.6g} s takes {duration / wanted:.3g} steps of {wanted:.3g} s, at most "
-            f"{most:.3g} are taken: shorten the run or use fewer segments"
-        )
+        said = f"duration = {duration:.6g} s takes {duration / wanted:.3g} steps of {wanted:.3g} s"
+        raise InputRefused(f"{said}, at most {most:.3g} are taken: shorten the run or use fewer segments")
     records = max(1, ceil(duration * rate * (1.0 - 1e-12)))
     interval = duration / records
     every = max(1, ceil(interval / wanted * (1.0 - 1e-12)))

@@ -264,10 +264,8 @@ class RopeRun(PreparedRun):
             when = state.counts[at.STEPS] * self.grid.step
             return f"diverged: the energy is not finite from t = {when:.6g} s on: lower cfl or the input"
         event = self.slack_events(state)[-1]
-        return (
-            f"the {event.span} span goes slack at t = {event.time:.6g} s, x = {event.position:.4g} m "
-            f"({event.tension:.3g} N): raise the pretension, lower the input or allow slack"
-        )
+        said = f"the {event.span} span goes slack at t = {event.time:.6g} s, x = {event.position:.4g} m"
+        return f"{said} ({event.tension:.3g} N): raise the pretension, lower the input or allow slack"
 
     @abstractmethod
     def columns(self, found: Array) -> Array:

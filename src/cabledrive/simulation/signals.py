@@ -222,10 +222,8 @@ def checked_signal(given: Signal | float | Function, what: str, duration: float,
             f"{what} ends at {signal.lasts:.9g} s, before the run of {duration:.9g} s: give more samples"
         )
     if isinstance(signal, Sine) and abs(signal.frequency) * step > 0.5:
-        raise InputRefused(
-            f"frequency = {signal.frequency:.4g} Hz has less than two steps of {step:.3g} s per period: give "
-            f"at most {0.5 / step:.4g} Hz, or a shorter step"
-        )
+        said = f"frequency = {signal.frequency:.4g} Hz has less than two steps of {step:.3g} s per period"
+        raise InputRefused(f"{said}: give at most {0.5 / step:.4g} Hz, or a shorter step")
     return signal
 
 

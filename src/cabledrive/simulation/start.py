@@ -115,10 +115,8 @@ def place_at_start(mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, floa
         shape = _shaped(mesh, pluck)
         size, length = float(np.max(np.abs(shape))), float(mesh.position[0, -1])
         if not size < length:
-            raise InputRefused(
-                f"pluck: {size:.6g} m on the {pluck.span} span is longer than the span of {length:.6g} m: "
-                "lower it"
-            )
+            said = f"pluck: {size:.6g} m on the {pluck.span} span is longer than the span of {length:.6g} m"
+            raise InputRefused(f"{said}: lower it")
         total[PLANES.index(pluck.plane)] += shape
     tension = np.asarray(law.tension(*gradients(mesh, total)))
     least = int(np.argmin(tension))
@@ -192,10 +190,8 @@ def profile_of(pluck: Pluck, x: Array, held: Array) -> Array:
         else:
             waves = {"half-sine": "1"}.get(pluck.shape, pluck.shape.removeprefix("sine-"))
             if not waves.isdecimal() or int(waves) == 0:
-                raise InputRefused(
-                    f'pluck: shape = "{pluck.shape}" is not one of its values: write "triangle", '
-                    '"half-sine", "sine-2", ...'
-                )
+                said = f'pluck: shape = "{pluck.shape}" is not one of its values'
+                raise InputRefused(f'{said}: write "triangle", "half-sine", "sine-2", ...')
             shape = np.sin(int(waves) * np.pi * (x - first) / (last - first))
         return np.where((x > first) & (x < last), shape, 0.0)
     values = pluck.shape(x) if callable(pluck.shape) else pluck.shape

@@ -126,10 +126,8 @@ def input_shaper(type: str, frequency: float, damping: float = 0.1) -> InputShap
     if not 1.0 / HIGHEST_FREQUENCY <= frequency <= HIGHEST_FREQUENCY:
         raise InputRefused(f"frequency = {frequency:.4g} Hz of a shaper must lie from 1e-6 to 1e6 Hz")
     if not 0.0 <= damping <= LARGEST_DAMPING[type]:
-        raise InputRefused(
-            f"damping = {damping:.4g} of a shaper {type} must lie from 0 to {LARGEST_DAMPING[type]:g}: "
-            "choose another type, or the damping ratio of the mode (0.1 is 10 %)"
-        )
+        said = f"damping = {damping:.4g} of a shaper {type} must lie from 0 to {LARGEST_DAMPING[type]:g}"
+        raise InputRefused(f"{said}: choose another type, or the damping ratio of the mode (0.1 is 10 %)")
     periods, weights = _impulses(type, damping)
     return InputShaper(
         type=type,

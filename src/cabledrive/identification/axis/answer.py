@@ -91,10 +91,8 @@ def answer(logs: Sequence[Log], options: IdentifyOptions) -> Identification:
         axis = replace(axis, logs=tuple(with_clock(log, torque, rate) for log in axis.logs))
         timing = timing_of(axis)
     if drift != 0.0:
-        words = (
-            f"the clocks of torque and angle drift apart by {1e6 * drift:.3g} parts in a million: corrected; "
-            "record both with one clock"
-        )
+        words = f"the clocks of torque and angle drift apart by {1e6 * drift:.3g} parts in a million: "
+        words += "corrected; record both with one clock"
         findings.append(Finding("clock-drift", words))
     plain = timing.moved(axis).regressed()
     found = replace(plain, findings=(*findings, *_doubts_of(axis), *plain.findings))
@@ -147,10 +145,8 @@ def _doubts_of(axis: Axis) -> list[Finding]:
             )
             found.append(Finding("saturated", words))
         if log.interval >= SLOWEST:
-            words = (
-                f"{log.source}: the interval is {log.interval:.4g} s, too long for a drive's log: is the "
-                'time in milliseconds? Then write --column "time=COLUMN:ms"'
-            )
+            words = f"{log.source}: the interval is {log.interval:.4g} s, too long for a drive's log: "
+            words += 'is the time in milliseconds? Then write --column "time=COLUMN:ms"'
             found.append(Finding("interval", words))
     return found
 

@@ -194,10 +194,8 @@ def axis_of(logs: Sequence[Log], options: AxisOptions) -> Axis:
         bandwidth = min(bandwidth, *(0.2 * log.sample_rate for log in logs))
     longest = max(float(log.time[-1] - log.time[0]) for log in logs)
     if bandwidth * longest < 1.0:
-        raise InputRefused(
-            f"bandwidth = {bandwidth:.4g} Hz has no whole period in a log of {longest:.4g} s: raise it to "
-            f"{1.0 / longest:.4g} Hz or more"
-        )
+        said = f"bandwidth = {bandwidth:.4g} Hz has no whole period in a log of {longest:.4g} s"
+        raise InputRefused(f"{said}: raise it to {1.0 / longest:.4g} Hz or more")
     equation = AxisEquation(
         linear=logs[0].units[torque] == "N",
         bandwidth=bandwidth,

@@ -116,10 +116,8 @@ def _datasets(path: Path) -> Iterator[Entries]:
         if not isinstance(entry, h5py.Dataset) or entry.shape is None or name.startswith("#"):
             return
         if entry.external or entry.is_virtual:
-            raise InputRefused(
-                f'{path.name}: "{name}" lies in other files (external or virtual): write one file, as '
-                "with h5repack"
-            )
+            said = f'{path.name}: "{name}" lies in other files (external or virtual)'
+            raise InputRefused(f"{said}: write one file, as with h5repack")
         size = int(np.prod(entry.chunks)) * entry.dtype.itemsize if entry.chunks else 0
         if size > LARGEST_CHUNK:
             raise InputRefused(

@@ -83,10 +83,8 @@ class Log:
             keep &= self.time < end - 0.5 * self.interval
         if keep.sum() < 2:
             first, last = 0.0 if start is None else start, self.time[-1] if end is None else end
-            raise InputRefused(
-                f"{self.source}: nothing between {first:.6g} s and {last:.6g} s, the log ends at "
-                f"{self.time[-1]:.6g} s: choose a part of it"
-            )
+            said = f"{self.source}: nothing between {first:.6g} s and {last:.6g} s"
+            raise InputRefused(f"{said}, the log ends at {self.time[-1]:.6g} s: choose a part of it")
         return replace(
             self,
             time=self.time[keep],

@@ -96,10 +96,8 @@ class Topics:
         others = {topic: arrays.get(f"{topic}.{kind}", np.empty(0)) for topic in topics}
         for topic, own in others.items():
             if not own.size or not np.isfinite(own).all() or (np.diff(own) <= 0.0).any():
-                raise InputRefused(
-                    f"{self.source}: the topic {topic} has no {kind} that ascends: take the other time, or "
-                    "one topic"
-                )
+                said = f"{self.source}: the topic {topic} has no {kind} that ascends"
+                raise InputRefused(f"{said}: take the other time, or one topic")
         first, last = (max(own[0] for own in others.values()), min(own[-1] for own in others.values()))
         both = time[(time >= first) & (time <= last)]
         if both.size < 3:

@@ -310,10 +310,8 @@ def _by_cells(
         line = raw.decode()
         cells = split_line(line.partition("#")[0] if dialect.delimiter == " " else line, dialect.delimiter)
         if len(cells) != len(dialect.names):
-            raise InputRefused(
-                f"{source}: line {place} has {len(cells)} cells, the header {len(dialect.names)}: "
-                "mend or cut that line"
-            )
+            said = f"{source}: line {place} has {len(cells)} cells, the header {len(dialect.names)}"
+            raise InputRefused(f"{said}: mend or cut that line")
         for name, cell in zip(dialect.names, cells, strict=True):
             if name in found:
                 found[name].append(_value(cell, name, place, dialect, source))

@@ -42,10 +42,8 @@ def require_size(values: Array, name: str, unit: str, source: str) -> None:
     """Refuse values that no machine has: a wrong unit or factor, or a file read the wrong way."""
     largest = float(np.abs(values).max(initial=0.0))
     if largest > LARGEST or 0.0 < largest < SMALLEST:
-        raise InputRefused(
-            f"{source}: {name} reaches {largest:.3g} {unit}, no size of a machine ({SMALLEST:g} to "
-            f"{LARGEST:g}): check its unit and factor"
-        )
+        said = f"{source}: {name} reaches {largest:.3g} {unit}, no size of a machine"
+        raise InputRefused(f"{said} ({SMALLEST:g} to {LARGEST:g}): check its unit and factor")
 
 
 def quantum_of(values: Array) -> float:
@@ -210,10 +208,8 @@ def _without_doubles(time: Array, source: str, repaired: list[str]) -> Integers:
     require_size(time - time[0], "time", "s", source)
     doubled = np.flatnonzero(steps == 0.0)
     if doubled.size > MOST_MISSING * time.size:
-        raise InputRefused(
-            f"{source}: {doubled.size} of {time.size} time stamps are doubled (too few digits?): "
-            "give the sample rate"
-        )
+        said = f"{source}: {doubled.size} of {time.size} time stamps are doubled (too few digits?)"
+        raise InputRefused(f"{said}: give the sample rate")
     if doubled.size:
         repaired.append(f"{doubled.size} rows with a doubled time stamp left out")
     return np.delete(np.arange(time.size), doubled + 1)

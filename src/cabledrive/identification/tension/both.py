@@ -125,10 +125,8 @@ def _of_one_family(
             "the other alone"
         )
     elif alike:
-        line = (
-            f"one family of partials only ({tone}): either only one span vibrates, or both have the same "
-            f"tension within {within:.2g} N; pluck the other span and record again"
-        )
+        line = f"one family of partials only ({tone}): either only one span vibrates, "
+        line += f"or both have the same tension within {within:.2g} N; pluck the other span and record again"
     else:
         line = f"the {other} span is not detected beside the {name} one ({tone}): pluck it and record again"
     if name == "heard":  # an interval for two tensions that differ by less than so much
@@ -168,10 +166,8 @@ def _answer(
     for name, one in found.items():
         findings = []
         if len(one.partials) == 1:
-            findings.append(
-                f"{name}: from a single partial, assumed to be mode {one.partials[0].number}: an overtone or "
-                "hum would give a wrong tension"
-            )
+            said = f"{name}: from a single partial, assumed to be mode {one.partials[0].number}"
+            findings.append(f"{said}: an overtone or hum would give a wrong tension")
         if not any(partial.decays for partial in one.partials):
             findings.append(f"{name}: the ping hardly decays: its frequency holds for its amplitude only")
         spans[name] = replace(one, span=name, findings=tuple(findings))

@@ -202,10 +202,8 @@ def require_ping(values: Array, interval: float, frequency: float, name: str) ->
             f"{LONGEST_ONSET / frequency:.3g} s: pluck the span once, and record nothing else"
         )
     if float(loudness[-max(1, width) :].mean()) > FADED * greatest:
-        raise NotComputed(
-            f"{name}: no ping: the tone at {frequency:.4g} Hz does not decay, as a hum: pluck the span, "
-            "record longer"
-        )
+        said = f"{name}: no ping: the tone at {frequency:.4g} Hz does not decay, as a hum"
+        raise NotComputed(f"{said}: pluck the span, record longer")
 
 
 LARGEST_SOUND = 512 * 2**20

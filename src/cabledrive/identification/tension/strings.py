@@ -228,10 +228,8 @@ def tension_of_route_span(log: Log, drive: RoutedDrive, span: str) -> PingTensio
     coupled = float(np.abs(ratios - 1.0).max())
     away = abs(found.tension.value / tension - 1.0)
     extra = 2.0 * coupled * away * found.tension.value / float(stats.norm.ppf(0.975))
-    words = (
-        f"the ends of {found.span} move with it: its modes are off those of a string between resting ends by "
-        f"up to {100 * coupled:.2g} %"
-    )
+    words = f"the ends of {found.span} move with it: "
+    words += f"its modes are off those of a string between resting ends by up to {100 * coupled:.2g} %"
     findings = (*found.findings, words) if coupled > COUPLED else found.findings
     found = replace(found, tension=family_fit.widened(found.tension, extra), findings=findings)
     return PingTension(spans={span: found}, report=log.report)
@@ -293,10 +291,8 @@ def _ratios(drive: RoutedDrive, span: str, first: float) -> Array:
 def tensions_of_spans(logs: Sequence[Log], drive: RoutedDrive, spans: Sequence[str]) -> list[PingTension]:
     """Tension of each span from its own recording, in order."""
     if len(logs) != len(spans) or len(set(spans)) < len(spans):
-        raise InputRefused(
-            f"--ping: {len(logs)} recordings and {len(set(spans))} different spans: give one --span for each "
-            "recording, in their order"
-        )
+        said = f"--ping: {len(logs)} recordings and {len(set(spans))} different spans"
+        raise InputRefused(f"{said}: give one --span for each recording, in their order")
     return [tension_of_route_span(log, drive, span) for log, span in zip(logs, spans, strict=True)]
 
 

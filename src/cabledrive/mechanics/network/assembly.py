@@ -235,10 +235,8 @@ def _check_held(network: Network) -> None:
             body, _, move = name.rpartition(".")
             if body in [part.name for part in network.drive.body]:
                 way = "about its pivot" if move == "turn" else f"along {move}"
-                raise InputRefused(
-                    f"body {body}: nothing holds it {way}, no rope and no spring: add an anchor, a "
-                    "pulley or stiffness"
-                )
+                said = f"body {body}: nothing holds it {way}, no rope and no spring"
+                raise InputRefused(f"{said}: add an anchor, a pulley or stiffness")
             raise InputRefused(f"pulley {name}: no route passes it: add it to a path, or leave it out")
 
 

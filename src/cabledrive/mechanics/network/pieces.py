@@ -78,10 +78,8 @@ def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
             tension -= weight
             after = tension + slope * (end - start)
             if min(tension, after) <= 0.0:
-                raise InputRefused(
-                    f"span {span.name}: its tension at rest falls to {min(tension, after):.4g} N: "
-                    "raise pretension"
-                )
+                said = f"span {span.name}: its tension at rest falls to {min(tension, after):.4g} N"
+                raise InputRefused(f"{said}: raise pretension")
             found.append(
                 Piece(
                     span=number,

@@ -88,10 +88,8 @@ def statics_of(drive: RoutedDrive) -> Statics:
     for number, span in enumerate(drive.free_spans):
         lowest = min(start[number], end[number])
         if not lowest > 0.0:
-            raise InputRefused(
-                f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push: raise "
-                "pretension, or change masses and loads"
-            )
+            said = f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push"
+            raise InputRefused(f"{said}: raise pretension, or change masses and loads")
     forces = offsets.constant + tension[sections][:, None, None] * offsets.unit
     total = applied_forces(drive, motion) + pulls.forces(forces)
     sprung = {body.name for body in drive.body if body.stiffness > 0.0}

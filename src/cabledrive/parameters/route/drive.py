@@ -255,10 +255,8 @@ def _carriage_place(drive: RoutedDrive, number: int) -> tuple[int, float]:
         raise InputRefused(f'carriage.{number}.route = "{carriage.route[:60]}" is no route{hint}')
     route = names.index(carriage.route) if carriage.route else 0
     if drive.route[route].ropes > 1:
-        raise InputRefused(
-            f'carriage.{number}: route "{names[route]}" has {drive.route[route].ropes} ropes, a '
-            "carriage is clamped to one: make it a body with anchors"
-        )
+        said = f'carriage.{number}: route "{names[route]}" has {drive.route[route].ropes} ropes'
+        raise InputRefused(f"{said}, a carriage is clamped to one: make it a body with anchors")
     left = carriage.position
     total = 0.0
     for index, span in enumerate(drive.free_spans):

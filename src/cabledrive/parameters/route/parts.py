@@ -38,10 +38,8 @@ def require_within_travel(body: "Body", value: float) -> None:
     slack = 1e-9 * (high - low)
     if not low - slack <= value <= high + slack:
         unit = "rad" if body.moves == ("turn",) else "m"
-        raise InputRefused(
-            f"{body.name}.{body.moves[0]} = {value:.6g} {unit} lies outside its travel, "
-            f"{low:.6g} : {high:.6g} {unit}: stay inside, or change body.{body.name}.travel"
-        )
+        said = f"{body.name}.{body.moves[0]} = {value:.6g} {unit} lies outside its travel, {low:.6g} "
+        raise InputRefused(f"{said}: {high:.6g} {unit}: stay inside, or change body.{body.name}.travel")
 
 
 @described
@@ -189,10 +187,8 @@ def rope_of(common: Rope | None, route: Route) -> Rope:
     rope = replace(common or Rope(), **own)
     pair = (rope.youngs_modulus, rope.area)
     if rope.given_rigidity is None and None in pair:
-        raise InputRefused(
-            f'route "{route.name}": its axial rigidity is missing: give axial_rigidity [N], or '
-            "youngs_modulus [Pa] and area [m^2], here or in [cable]"
-        )
+        said = f'route "{route.name}": its axial rigidity is missing: give axial_rigidity [N]'
+        raise InputRefused(f"{said}, or youngs_modulus [Pa] and area [m^2], here or in [cable]")
     if rope.mass_per_length is None:
         raise InputRefused(
             f'route "{route.name}": mass_per_length [kg/m] is missing: give it here or in [cable]'

@@ -94,7 +94,5 @@ class AxisDrive(Drive):
 def require_own_spans(drive: object, what: str) -> None:
     """Refuse an axis of a machine with routes where the spans themselves are needed; ``what``: by whom."""
     if isinstance(drive, AxisDrive):
-        raise InputRefused(
-            f'kind = "route": {what} needs the spans, and the axis of {drive.load} is a lumped chain: '
-            "take a lumped plant"
-        )
+        said = f'kind = "route": {what} needs the spans, and the axis of {drive.load} is a lumped chain'
+        raise InputRefused(f"{said}: take a lumped plant")

@@ -162,10 +162,8 @@ def _plan(
     beyond = _beyond(drive)
     for s, side in np.argwhere(beyond == at.DRUM):
         if motion.body_of(ends[s][side]) is not None:
-            raise InputRefused(
-                f'kind = "route", travel: the drum {ends[s][side].name} rides on a body, whose mass would '
-                "change: put it on the ground"
-            )
+            said = f'kind = "route", travel: the drum {ends[s][side].name} rides on a body'
+            raise InputRefused(f"{said}, whose mass would change: put it on the ground")
     rub, bound, wrap, _ = rubbing_of(network, [], network.statics.mean)
     frictions = bound.size
     plan = TravelPlan(
@@ -256,10 +254,8 @@ def _held(network: Network, plan: TravelPlan, force: Array) -> tuple[Array, Arra
         pulleys = {pulley.name: pulley.radius for pulley in network.drive.pulley}
         own = name in pulleys and not any(network.drive.pulley[k].name == name for k in driven)
         if own and abs(left) > _BALANCED * size * pulleys[name]:
-            raise InputRefused(
-                f'kind = "route", travel: pulley {name} would turn by {abs(left):.4g} N m of its ropes: give '
-                "it a motor, or tensions in balance"
-            )
+            said = f'kind = "route", travel: pulley {name} would turn by {abs(left):.4g} N m of its ropes'
+            raise InputRefused(f"{said}: give it a motor, or tensions in balance")
         if own:
             rest[motion.names.index(name)] = 0.0
     return rest, holding
