@@ -8,12 +8,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cabledrive.control.numbers import GAIN
-from cabledrive.control.regression import lifted, repetition_learning, torque_along
+from cabledrive.control.regression import Estimates, lifted, repetition_learning, torque_along
 from cabledrive.parameters import load_drive
+from cabledrive.reduction.lumped_chain import lumped_model
 from cabledrive.rig import Motion, track
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.load_learning import CHANGING, KINDS, LOAD_LEARNING
+from cabledrive.rig.laws.load_learning import (
+    CHANGING,
+    KINDS,
+    LOAD_LEARNING,
+    Learnt,
+    learnt_bounds,
+    learnt_chain,
+)
 from cabledrive.rig.plant_samples import Disturbances, disturbed_loop
 from cabledrive.rig.trial import COMPARED, scored
 from cabledrive.rig.tuning import law_as_tuned
@@ -283,6 +291,19 @@ def test_repetitions_take_two_thirds_of_the_error_of_lqg_and_stop_by_themselves(
     assert "fell by less than" in found["stopped"]
     seen = [one["encoder_rms_deg"] for one in found["repetitions"]]
     assert min(seen[-2:]) > 0.97 * min(seen[:-2]), "two repetitions without a gain end it, no others"
+
+
+def test_friction_learnt_below_that_of_the_other_shafts_leaves_the_motor_none():
+    """What was learnt of the whole is less than what the file says of the load: no bound is crossed."""
+    chain = replace(lumped_model(DRIVE, 3), coulomb=(0.1, 0.05))
+    values = np.array([sum(chain.inertias), 1e-3, 0.02, 0.0])
+    motor = Estimates(values=values, errors=1e-3 * np.maximum(values, 1e-3))
+    nothing = Estimates(values=np.full(4, np.nan), errors=np.full(4, np.nan))
+    found = Learnt(load=nothing, motor=motor)
+    made = learnt_chain(chain, found)
+    assert made.coulomb[0] == 0.0
+    assert made.viscous[0] >= 0.0
+    assert np.all(learnt_bounds(made, found).low <= learnt_bounds(made, found).high)
 
 
 def test_errors_of_repetitions_are_of_the_load_where_the_pulleys_differ():

@@ -281,7 +281,9 @@ def learnt_chain(chain: LumpedChain, found: Learnt) -> LumpedChain:
     own = float(motor.values[0]) - sum(chain.inertias[1:])
     if found.motor_excited and own > 0.0:
         _, viscous, coulomb, offset = (float(v) for v in motor.values)
-        viscous, coulomb = viscous - sum(chain.viscous[1:]), coulomb - sum(chain.coulomb[1:])
+        # what the other shafts are said to have may be more than all that was learnt
+        viscous = max(viscous - sum(chain.viscous[1:]), 0.0)
+        coulomb = max(coulomb - sum(chain.coulomb[1:]), 0.0)
         chain = replace(
             chain,
             inertias=(own, *chain.inertias[1:]),
