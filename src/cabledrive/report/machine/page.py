@@ -44,14 +44,13 @@ HANGING = (
 )
 ROUTE_METHODS = (
     "Machines with routes: exact dynamic stiffness of every span, count of the network by the signs of that "
-    "stiffness, roots enclosed between two counts; tensions from the balance of forces.",
+    "stiffness, roots enclosed between two counts; tensions by balance of bodies and lengths of ropes.",
 )
 METHODS = (
     "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
-    "counts and refined by inverse iteration, each enclosed between two counts. Transverse modes "
-    "about the rest: power series on strings of changing tension, shallow sag in the plane of "
-    "gravity. Friction and damping do not enter; longitudinal modes are those of the taut cable.",
-    "Tension at rest and sag: elastic catenary between pulleys and carriages. Derived quantities and "
+    "counts and refined by inverse iteration, each enclosed between two counts. They are about the "
+    "state of rest, along and across together where a span sags. Friction and damping do not enter.",
+    "Tension at rest and sag: elastic catenary between pulleys and carriages. Other derived quantities and "
     "warnings: closed formulas.",
 )
 
