@@ -30,15 +30,16 @@ class PlainRows(NamedTuple):
 def plain_rows(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> PlainRows | None:
     """Loops of two turning pulleys without carriages, built as the first drive; None if there is none."""
     base, found = next(iter(spec.drives.values())), dict[int, Any]()
+    build = _build(base) if len(spec.drives) == 1 else None
     given = {
         key: [plain_value(value, spec.units[key]) for value in column]
         for key, column in settings_of(values, "").items()
     }
     rows = len(next(iter(values.values())))
-    for i in range(rows if len(spec.drives) == 1 and _build(base) is not None else 0):
+    for i in range(rows if build is not None else 0):
         with suppress(InputRefused):
             drive = varied_together(base, {key: column[i] for key, column in given.items()})
-            if _build(drive) == _build(base):
+            if _build(drive) == build:
                 found[i] = drive
     if not found:
         return None
@@ -117,8 +118,9 @@ def many_resonances(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> F
     base: Any = next(iter(spec.drives.values()))
     fits = {*options["outputs"]} <= IN_CLOSED_FORM and "compute.load_torque" not in values
     fits = fits and not options.get("load_torque", 0.0) and base.layout.gravity_along == 0.0
+    fits = fits and _build(base) is not None and base.layout.span_length is not None
     rows = plain_rows(spec, values) if fits else None
-    if rows is None or base.layout.span_length is None:
+    if rows is None:
         return None
     torque = np.array([options.get("torque", default_torque(drive)) for drive in rows.drives], dtype=float)
     if "compute.torque" in values:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, gravity
 from cabledrive.mechanics.network.statics import Statics
-from cabledrive.mechanics.sag import irvine_parameter
+from cabledrive.mechanics.rest import irvine_parameter
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.errors import InputRefused

@@ -170,9 +170,8 @@ def _pretension(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
         found = np.concatenate((statics.start[own], statics.end[own]))
         worst = float(found[np.argmax(np.abs(found - rope.pretension))])
         if abs(worst - rope.pretension) > 0.01 * rope.pretension:
-            length = sum(drive.free_spans[i].length for i in own)
-            given = float(np.sum(statics.mean[own] * [drive.free_spans[i].length for i in own]))
-            longer = (given - rope.pretension * length) / rope.axial_rigidity
+            lengths = np.array([drive.free_spans[i].length for i in own])
+            longer = float((statics.mean[own] - rope.pretension) @ lengths) / rope.axial_rigidity
             yield (
                 f"route {drive.route[number].name}: bodies and weights make its tension {worst:.4g} N in one "
                 f"place, its pretension is {rope.pretension:.4g} N: it is {1e3 * abs(longer):.3g} mm "

@@ -251,7 +251,7 @@ def _standing(drive: RoutedDrive, offsets: Offsets) -> Iterator[tuple[int, float
             (own[-1], drive.free_spans[own[-1]].end, offsets.end),
         ):
             drum = place.pulley if not data.closed else None
-            if drum is not None and drum not in (drive.driven or (0,)) and not drive.pulley[drum].fixed:
+            if drum is not None and drum not in drive.turned and not drive.pulley[drum].fixed:
                 yield i, float(beyond[i])
 
 
@@ -331,7 +331,6 @@ def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
 def unheld_words(motion: Motion, statics: Statics) -> list[str]:
     """A warning for each pulley that nothing in the file holds at rest, such as the far drum of a line."""
     drive = motion.drive
-    driven = drive.driven or (0,)
     torques = np.zeros(len(drive.pulley))
     for span, forces in zip(drive.free_spans, statics.forces, strict=True):
         for place, contact, force in zip((span.start, span.end), span.contacts, forces, strict=True):
@@ -345,6 +344,6 @@ def unheld_words(motion: Motion, statics: Statics) -> list[str]:
         "does"
         for number, (pulley, torque) in enumerate(zip(drive.pulley, torques, strict=True))
         if motion.turns(number)
-        and number not in driven
+        and number not in drive.turned
         and abs(torque) > pulley.coulomb_friction + _BALANCED * largest * pulley.radius
     ]

@@ -15,7 +15,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.network import Network
-from cabledrive.mechanics.network.assembly import rotor_turn
+from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.span_table import follows
 from cabledrive.parameters.arrays import Integers
@@ -123,8 +123,6 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
     half = 0.5 * lines * density * spacing
     mass = _padded(network.masses.matrix, n)
     mass += np.einsum("k,kaxi,kaxj->ij", half, ends, ends)
-    driven = drive.driven or tuple(range(len(drive.pulley)))[:1]
-    motors = [np.append(rotor_turn(network.motion, number), np.zeros(len(wraps))) for number in driven]
     return NetworkMesh(
         network=network,
         wraps=wraps,
@@ -143,8 +141,8 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
         mass=mass,
         stiffness=_padded(network.springs.matrix + network.geometric, n),
         damping=_padded(network.dampers.matrix, n),
-        driven=tuple(drive.pulley[number].name for number in driven),
-        motor=np.array(motors) if motors else np.zeros((0, n)),
+        driven=tuple(drive.pulley[number].name for number in drive.turned),
+        motor=np.pad(turns_by_torque(network), ((0, 0), (0, len(wraps)))),
     )
 
 
