@@ -17,7 +17,7 @@ from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.plant_samples import Disturbances, disturbed_plant, load_disturbances
+from cabledrive.rig.plant_samples import Disturbances, load_disturbances, with_disturbances
 from cabledrive.rig.tracking import log_text
 from control_chains import INTERVAL, model, states_of
 from dissertation_runs import track
@@ -166,13 +166,12 @@ def loop():
     return replace(found, rig=found.rig._replace(counts=np.zeros(3)))
 
 
-def with_disturbances(loop, phases=(0.0, 0.0, 0.0), **values):
+def disturbed(loop, phases=(0.0, 0.0, 0.0), **values):
     drawn = {one.name: one.default[0] for one in fields(Disturbances)} | values
     chain = replace(
         loop.chain, coulomb=(*loop.chain.coulomb[:-1], loop.chain.coulomb[-1] + drawn["load_coulomb"])
     )
-    plant = disturbed_plant(loop, chain, drawn, np.array(phases))
-    return replace(loop, chain=chain, plant=plant, disturbed=True)
+    return with_disturbances(loop, chain, drawn, np.array(phases))
 
 
 @pytest.mark.parametrize(
@@ -189,10 +188,10 @@ def with_disturbances(loop, phases=(0.0, 0.0, 0.0), **values):
 )
 def test_each_disturbance_is_that_of_another_integrator(loop, ours, theirs, measured):
     """Peak error of the same law on plants of `true_plants.py`, whose steps are semi-implicit."""
-    found = run(with_disturbances(loop, (0.7, 0.0, 0.4), **ours), log=False).state.summary[0]
+    found = run(disturbed(loop, (0.7, 0.0, 0.4), **ours), log=False).state.summary[0]
     true = truth_of(DRIVE).but(**theirs).values
     other = followed(true, loop.control, loop_at_rest(loop), np.array([0, 1, 2]), 5e-6)
-    plain = run(with_disturbances(loop), log=False).state.summary[0]
+    plain = run(disturbed(loop), log=False).state.summary[0]
     measured(f"{np.degrees(found):.4f} deg, the other {np.degrees(other):.4f}")
     assert abs(found - other) < 0.02 * other, f"observed {found:.3e}, {other:.3e} rad"
     assert abs(found - plain) > abs(found - other), "the disturbance changes nothing"

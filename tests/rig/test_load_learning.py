@@ -24,7 +24,7 @@ from cabledrive.rig.laws.load_learning import (
 )
 from cabledrive.rig.plant_samples import Disturbances, disturbed_loop
 from cabledrive.rig.trial import COMPARED, scored
-from cabledrive.rig.tuning import law_as_tuned
+from cabledrive.rig.tuning import tuned_loop
 from command import answer
 
 DRIVE = load_drive("dissertation-3")
@@ -40,8 +40,8 @@ def over_plants(name, draws, seed, ranges=RANGES, words="a tenth of the uncertai
     """Scores of a law at the bandwidth and with the filter that the comparison chose."""
     hertz = 50.0 if name == LOAD_LEARNING else HERTZ
     spec = DesignSpec(DRIVE, TWO, options=COMPARED, bandwidth=hertz)
-    law = law_as_tuned(name, hertz, "its own" if name in KINDS else words, spec)
-    return law, scored(law, spec, ranges, seed, range(draws))
+    loop = tuned_loop(name, hertz, "its own" if name in KINDS else words, spec)
+    return loop, scored(loop, spec, ranges, seed, range(draws))
 
 
 def test_friction_of_the_load_is_learnt_and_the_error_falls_below_that_of_lqi(measured):
@@ -109,10 +109,10 @@ def test_no_law_with_this_feedback_can_do_much_better_in_the_first_motion(measur
 
     Before, the encoders cannot distinguish a load that sticks from one that does not.
     """
-    law, ours = over_plants(LOAD_LEARNING, 60, 11)
+    loop, ours = over_plants(LOAD_LEARNING, 60, 11)
     mine = at_99(ours)
     half, one = (
-        float(np.quantile([told_from(law.loop, draw, counts) for draw in range(60)], 0.99))
+        float(np.quantile([told_from(loop, draw, counts) for draw in range(60)], 0.99))
         for counts in (0.5, 1.0)
     )
     measured(f"learning {mine:.4f}, given at half a count {half:.4f}, at one count {one:.4f} deg")
@@ -123,8 +123,8 @@ def test_no_law_with_this_feedback_can_do_much_better_in_the_first_motion(measur
 def test_backlash_of_a_degree_keeps_the_error_below_the_gap_at_the_load_and_cycles(measured):
     """Table A.3: the gap over the ratio is 0.192 deg; the limit cycle of the last dwell exceeds a count."""
     ranges = Disturbances(backlash=(np.radians(1.0), np.radians(1.0)))
-    law, found = over_plants("lqi", 3, 41, ranges)
-    plant = disturbed_loop(law.loop, ranges, np.random.default_rng([41, 0]))
+    loop, found = over_plants("lqi", 3, 41, ranges)
+    plant = disturbed_loop(loop, ranges, np.random.default_rng([41, 0]))
     swing = float(np.degrees(np.ptp(plant.load_error(run(plant).log)[-1000:])))
     worst = float(np.degrees(max(found.peak)))
     measured(f"worst {worst:.3f} deg, limit cycle {swing:.3f} deg from end to end")
@@ -196,16 +196,16 @@ def told_the_load(name, grid, draws=60):
     The bandwidth and the kind of filter stay; the filter's states go on.
     """
     ranges, peaks, made = replace(TRIPLED, load_factor=(0.5, 3.0)), [], {}
-    law, _ = over_plants(name, 1, 11, ranges, "by uncertainty")
+    loop, _ = over_plants(name, 1, 11, ranges, "by uncertainty")
 
     def designed(factor):
         inertia = float(DRIVE.load_pulley.inertia) * factor
         heavy = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"])
         spec = DesignSpec(heavy, TWO, options=COMPARED, bandwidth=HERTZ)
-        return law_as_tuned(name, HERTZ, "by uncertainty", spec).loop
+        return tuned_loop(name, HERTZ, "by uncertainty", spec)
 
     for draw in range(draws):
-        plant = disturbed_loop(law.loop, ranges, np.random.default_rng([11, draw]))
+        plant = disturbed_loop(loop, ranges, np.random.default_rng([11, draw]))
         factor = plant.plant.load_factor
         told = factor if grid is None else round(factor / grid) * grid
         if told not in made:

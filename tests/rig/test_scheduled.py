@@ -21,7 +21,7 @@ from cabledrive.rig.margins import margins_of
 from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.setting import parse_payload, parse_payload_range
 from cabledrive.rig.trial import COMPARED, scored
-from cabledrive.rig.tuning import law_as_tuned
+from cabledrive.rig.tuning import tuned_loop
 
 DRIVE = load_drive("dissertation-3")
 TWO = Motion(pulses=2, order=11)
@@ -37,12 +37,12 @@ def heavier(factor):
 
 def loop_of(name, drive=DRIVE, motion=TWO):
     spec = DesignSpec(drive, motion, options=COMPARED, bandwidth=HERTZ)
-    return law_as_tuned(name, HERTZ, "by uncertainty", spec).loop
+    return tuned_loop(name, HERTZ, "by uncertainty", spec)
 
 
 def over_plants(name, draws, seed, ranges=CHANGES):
-    law = law_as_tuned(name, HERTZ, "by uncertainty", DesignSpec(DRIVE, TWO, options=COMPARED))
-    return scored(law, None, ranges, seed, range(draws))
+    loop = tuned_loop(name, HERTZ, "by uncertainty", DesignSpec(DRIVE, TWO, options=COMPARED))
+    return scored(loop, None, ranges, seed, range(draws))
 
 
 def at_99(scores):

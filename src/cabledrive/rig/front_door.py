@@ -1,6 +1,7 @@
 """`track`: the one door to the rig, with laws of the user's own or of a controller.json made ready for it."""
 
-from dataclasses import fields, replace
+from dataclasses import asdict, replace
+from inspect import signature
 from math import pi
 from os import PathLike
 from typing import Any
@@ -121,8 +122,8 @@ def track(
     if seed < 0:
         raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
     if isinstance(drive, RoutedDrive) and axis is None and is_winched(drive):
-        others = (plant, gains, adapt, feedforward, repeat)
-        _refuse_pulses(controller, motion, options or RigOptions(), dict(zip(PULSES, others, strict=True)))
+        others = {"plant": plant, "gains": gains, "adapt": adapt, "feedforward": feedforward}
+        _refuse_pulses(controller, motion, options or RigOptions(), others | {"repeat": repeat})
         if isinstance(plant_drive, Drive):
             raise InputRefused("plant_drive has no winches: give the same machine with other figures")
         assert not isinstance(motion, Motion)
@@ -222,10 +223,6 @@ def track(
 
 NAMED = (None, CONTROLLER, "best")
 """Names of the one law that moves a body between two winches."""
-PULSES: dict[str, Any] = {
-    "plant": None, "gains": "best", "adapt": True, "feedforward": "damped", "repeat": 0
-}  # fmt: skip
-"""Arguments of `track` that winches do not have, by default."""
 
 
 def _refuse_pulses(
@@ -240,10 +237,9 @@ def _refuse_pulses(
             "a pulse of a load pulley moves no body between two winches: run cabledrive track with --move, "
             'such as --move camera.x=2m; in Python BodyMotion(moves={"camera.x": 2.0})'
         )
-    names = [field.name for field in fields(RigOptions) if field.name != "disturbances"]
-    plain = PULSES | {name: getattr(RigOptions(), name) for name in names}
-    for name, value in (others | {name: getattr(options, name) for name in names}).items():
-        if value != plain[name]:
+    usual = {name: one.default for name, one in signature(track).parameters.items()} | asdict(RigOptions())
+    for name, value in (others | asdict(replace(options, disturbances=()))).items():
+        if value != usual[name]:
             raise InputRefused(
                 f"{name} is for pulses of a load pulley: two winches move a body: leave it out"
             )

@@ -17,8 +17,8 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.toml_values import quantity_of, read_toml
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.chain_kernels import SUMMARY, ChainPlant
-from cabledrive.rig.closed_loop.chain_plant import chain_numbers, drawn_pair
+from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
+from cabledrive.rig.closed_loop.chain_plant import drawn_pair, in_steps
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
 from cabledrive.rig.setting import Payload, Spreads
@@ -268,6 +268,12 @@ ANNOUNCED = ("announced_error", "announced_late")
 """Drawn last, and for laws that are told the load alone: every law meets the same plants."""
 STEP = 20e-6
 """Longest internal step [s]; a hundredth of a degree at 4 rad/s is forty of them."""
+FIELDS = {
+    **{name: name for name in ("cogging", "softening", "warming", "load_factor", "load_time")},
+    **{"excess": "stribeck_excess", "fading": "stribeck_speed", "cogging_lines": "cogging_periods"},
+    **{"ripple": "torque_ripple", "ripple_lines": "ripple_periods"},
+}
+"""Fields of a plant that take what is drawn as it is."""
 
 
 def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.Generator) -> Loop:
@@ -307,8 +313,23 @@ def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.
         start = max(drawn["load_time"] + drawn["announced_late"], 0.0)
         payload = Payload(factor=drawn["load_factor"] * (1.0 + drawn["announced_error"]), start=start)
         made = told_otherwise(made, announced((payload,), interval, len(loop.target)))
-    plant = disturbed_plant(loop, chain, drawn, turned)
-    return replace(loop, chain=chain, rig=rig, controller=made, plant=plant, disturbed=True)
+    return replace(with_disturbances(loop, chain, drawn, turned), rig=rig, controller=made)
+
+
+def with_disturbances(loop: Loop, chain: LumpedChain, drawn: dict[str, float], turned: Array) -> Loop:
+    """A loop on a chain with what was drawn; ``turned``, shape (3,): phases of its ripples [rad]."""
+    if drawn["backlash"] > 0.0 and not {"motor", "drive"} <= set(chain.names):
+        raise InputRefused(
+            "backlash needs a flexible motor joint: give motor.joint_stiffness, or leave it out"
+        )
+    fresh, interval = with_plant(loop, chain, max(drawn["backlash"], loop.backlash)), loop.rig.interval
+    plant = fresh.plant._replace(
+        phases=turned,
+        eccentricity=drawn["encoder_eccentricity"] * loop.gear,
+        turning=1.0 / loop.gear,
+        **{field: drawn[name] for field, name in FIELDS.items()},
+    )
+    return replace(fresh, plant=in_steps(plant, interval, ceil(interval / STEP)), disturbed=True)
 
 
 def disturbed_loops(
@@ -317,37 +338,3 @@ def disturbed_loops(
     """The same on the plants of some draws, each of which has a generator of its own."""
     for draw in draws:
         yield disturbed_loop(loop, disturbances, np.random.default_rng([seed, draw]))
-
-
-FIELDS = {
-    **{name: name for name in ("cogging", "softening", "warming", "load_factor", "load_time")},
-    **{"excess": "stribeck_excess", "fading": "stribeck_speed", "cogging_lines": "cogging_periods"},
-    **{"ripple": "torque_ripple", "ripple_lines": "ripple_periods"},
-}
-"""Fields of a plant that take what is drawn as it is."""
-
-
-def disturbed_plant(
-    loop: Loop, chain: LumpedChain, drawn: dict[str, float], turned: np.ndarray
-) -> ChainPlant:
-    """A plant from its chain and what was drawn; ``turned``, shape (3,): phases of its ripples [rad]."""
-    flexible = "motor" in chain.names and "drive" in chain.names
-    if drawn["backlash"] > 0.0 and not flexible:
-        raise InputRefused(
-            "backlash needs a flexible motor joint: give motor.joint_stiffness, or leave it out"
-        )
-    interval = loop.rig.interval
-    kept = ("current_rate", "twist_limit", "field", "field_periods")
-    same: dict[str, Any] = {name: getattr(loop.plant, name) for name in kept}
-    same |= {field: drawn[name] for field, name in FIELDS.items()}
-    return chain_numbers(
-        chain,
-        interval,
-        substeps=ceil(interval / STEP),
-        play=max(drawn["backlash"], loop.backlash),
-        slack=loop.slack * loop.chain.stiffness[-1] / chain.stiffness[-1] if chain.size > 1 else inf,
-        phases=turned,
-        eccentricity=drawn["encoder_eccentricity"] * loop.gear,
-        turning=1.0 / loop.gear,
-        **same,
-    )

@@ -30,7 +30,7 @@ from cabledrive.rig.plant_samples import (
 )
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, within
-from cabledrive.rig.tuning import TunedLaw, law_as_tuned, law_at, limit_words, ripple_limit, setting_of
+from cabledrive.rig.tuning import LawSetting, law_at, limit_words, ripple_limit, setting_of, tuned_loop
 from cabledrive.trajectories import move_limits, peak_demand
 
 
@@ -238,14 +238,11 @@ def _errors(loop: Loop, done: Run) -> dict[str, Any]:
 
 
 def scored(
-    tuned: TunedLaw, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: Sequence[int]
+    loop: Loop, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: Sequence[int]
 ) -> Draws:
     """Run a law on plants, the same for every law."""
-    plants = disturbed_loops(tuned.loop, disturbances, seed, draws)
-    if tuned.name != INDIRECT:
-        return over(plants)
-    asked = replace(spec, bandwidth=tuned.bandwidth)
-    return over(plants, lambda plant: run_indirect(asked, plant)[1])
+    plants, learns = disturbed_loops(loop, disturbances, seed, draws), loop.controller.name == INDIRECT
+    return over(plants, lambda plant: run_indirect(spec, plant)[1]) if learns else over(plants)
 
 
 BEST = "best"
@@ -286,20 +283,20 @@ def goal_of(drive: Drive) -> float:
 
 
 @lru_cache(maxsize=8)
-def best_law(spec: DesignSpec) -> tuple[TunedLaw, tuple[tuple[str, Draws | None], ...]]:
+def best_law(spec: DesignSpec) -> tuple[LawSetting, tuple[tuple[str, Draws | None], ...]]:
     """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants."""
     disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
     several = spec.motion.pulses > 1
-    found: list[tuple[tuple[float, float], TunedLaw]] = []
+    found: list[tuple[tuple[float, float], LawSetting]] = []
     reached: list[tuple[str, Draws | None]] = []
     for name in offered(spec.drive, disturbances):
         if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
             continue
         setting, scores = setting_of(name, spec, disturbances), None
         if setting.bandwidth is not None:
-            law = law_as_tuned(name, setting.bandwidth, setting.filter, spec)
-            scores = scored(law, spec, disturbances, 0, range(BEST_DRAWS))
-            found.append((scores.rank(goal, learns=several and name in LEARNS), law))
+            loop = tuned_loop(name, setting.bandwidth, setting.filter, spec)
+            scores = scored(loop, spec, disturbances, 0, range(BEST_DRAWS))
+            found.append((scores.rank(goal, learns=several and name in LEARNS), setting))
         reached.append((name, scores))
     if not found:
         raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")
@@ -312,9 +309,11 @@ def best_controller(spec: DesignSpec) -> Controller:
         said = "controller = best is tuned as a whole"
         raise InputRefused(f"{said}: leave bandwidth, feedforward and no-adaptation out, or name a law")
     tuned, _ = best_law(_compared(spec))
-    reason = f"{tuned.name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
+    name = tuned.controller
+    assert tuned.bandwidth is not None
+    reason = f"{name} at {tuned.bandwidth:g} Hz, filter {tuned.filter}: ranks first over {BEST_DRAWS} "
     reason += f"plants with friction at the load; the highest bandwidth that keeps {limit_words(spec)}"
-    made = law_at(tuned.name, tuned.bandwidth, tuned.filter, spec)
+    made = law_at(name, tuned.bandwidth, tuned.filter, spec)
     return replace(made, gains=made.gains | {"reasons": [reason]})
 
 
@@ -328,7 +327,7 @@ def best_words(spec: DesignSpec) -> dict[str, Any]:
         seen = {key: float(one) if np.isfinite(one) else None for key, one in figures.items()}
         found.append({"name": name} | seen)
     return {
-        "controller": tuned.name,
+        "controller": tuned.controller,
         "draws": BEST_DRAWS,
         "goal_deg": goal_of(spec.drive) / DEGREE,
         "candidates": found,

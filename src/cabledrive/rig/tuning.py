@@ -48,7 +48,6 @@ UNLIMITED = Margins(disk=np.inf, gain=np.inf, phase=np.inf, ripple=0.0)
 class TunedLaw:
     """A law as the procedure tuned it."""
 
-    name: str
     loop: Loop  # Nominal, with law and filter
     bandwidth: float  # [Hz]
     filter: str  # of `FILTERS`, or what the law brings
@@ -142,11 +141,9 @@ def law_at(name: str, hertz: float, words: str, spec: DesignSpec) -> Controller:
     )
 
 
-def law_as_tuned(name: str, hertz: float, words: str, spec: DesignSpec) -> TunedLaw:
-    """The same on its nominal plant, with its margins."""
-    loop = nominal_loop(law_at(name, hertz, words, spec), spec)
-    margins = UNLIMITED if name in registry.OPEN_LOOPS else margins_of(loop)
-    return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=1.0)
+def tuned_loop(name: str, hertz: float, words: str, spec: DesignSpec) -> Loop:
+    """The same on its nominal plant."""
+    return nominal_loop(law_at(name, hertz, words, spec), spec)
 
 
 def _filtered(made: Controller, tuning: KalmanTuning | None) -> Controller:
@@ -212,14 +209,12 @@ def _tuned(
         share = share_of_limits(loop, margins, spec, disturbances.load_factor)
         if share >= 1.0 and worst is not None and worst(loop.controller) == inf:
             share = 0.0
-        return TunedLaw(name=name, loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=share)
+        return TunedLaw(loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=share)
 
     if name in registry.OPEN_LOOPS:
         loop = nominal_loop(design(spec), spec)
-        share = share_of_limits(loop, UNLIMITED, spec, disturbances.load_factor)
-        return TunedLaw(
-            name=name, loop=loop, bandwidth=0.0, filter=registry.NO_FILTER, margins=UNLIMITED, reached=share
-        )
+        share, words = share_of_limits(loop, UNLIMITED, spec, disturbances.load_factor), registry.NO_FILTER
+        return TunedLaw(loop=loop, bandwidth=0.0, filter=words, margins=UNLIMITED, reached=share)
     top = sum(hertz <= 1.0 / (20.0 * spec.interval) for hertz in SETTINGS_HZ)
     best_of = [_highest(partial(tried, words, tuning), top) for words, tuning in filters(name, spec)]
     found = [one for one in best_of if one is not None]

@@ -29,7 +29,7 @@ from cabledrive.rig.plant_samples import (
 from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.setting import DEGREE, Motion, check_run, torque_limit
 from cabledrive.rig.trial import COMPARED, LEARNS, check_motion, checked_names, goal_of, offered, scored
-from cabledrive.rig.tuning import LEAST_DISK, LawSetting, law_as_tuned, ripple_limit, setting_of
+from cabledrive.rig.tuning import LEAST_DISK, LawSetting, ripple_limit, setting_of, tuned_loop
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
 
@@ -218,7 +218,7 @@ def _laws(
         if tuning.bandwidth is None:
             progress(f"{name}: {tuning.reason}", 1.0)
         else:
-            law = Made(law_as_tuned, (name, tuning.bandwidth, tuning.filter, about[0]))
+            law = Made(tuned_loop, (name, tuning.bandwidth, tuning.filter, about[0]))
             blocks = list[Draws]()
             for first in range(0, draws, BLOCK):
                 last, stage = min(first + BLOCK, draws), f"runs-{name}-{first:05d}"

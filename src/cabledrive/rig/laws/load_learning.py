@@ -308,7 +308,7 @@ def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt) -> Loop:
     """The loop with law, reference and filter, at its settled gain, made for what was learnt."""
     first, number = loop.controller, loop.controller.model
     chain = learnt_chain(spec.model(number), found)
-    same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]) if spec.best else spec.bandwidth)
+    same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]))
     made = chain_law(
         same, number, damped=True, tuning=first.tuning, chain=chain, bounds=learnt_bounds(chain, found)
     )
