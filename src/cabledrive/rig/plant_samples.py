@@ -323,12 +323,9 @@ def with_disturbances(loop: Loop, chain: LumpedChain, drawn: dict[str, float], t
             "backlash needs a flexible motor joint: give motor.joint_stiffness, or leave it out"
         )
     fresh, interval = with_plant(loop, chain, max(drawn["backlash"], loop.backlash)), loop.rig.interval
-    plant = fresh.plant._replace(
-        phases=turned,
-        eccentricity=drawn["encoder_eccentricity"] * loop.gear,
-        turning=1.0 / loop.gear,
-        **{field: drawn[name] for field, name in FIELDS.items()},
-    )
+    more: dict[str, Any] = {field: drawn[name] for field, name in FIELDS.items()}
+    more |= {"eccentricity": drawn["encoder_eccentricity"] * loop.gear, "turning": 1.0 / loop.gear}
+    plant = fresh.plant._replace(phases=turned, **more)
     return replace(fresh, plant=in_steps(plant, interval, ceil(interval / STEP)), disturbed=True)
 
 
