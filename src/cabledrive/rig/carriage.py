@@ -12,7 +12,7 @@ from cabledrive.control.transporter import OBSERVED, STATES, flat_motion, rigid_
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import described, meaning
+from cabledrive.parameters.fields import check_fields, described, meaning, quantity
 from cabledrive.reduction.transporter import Transporter, transporter_of
 from cabledrive.rig.setting import sample_interval, torque_limit
 from cabledrive.trajectories import Move, Trajectory
@@ -149,19 +149,16 @@ class CarriageMove:
     """What is asked of the transporter."""
 
     distance: float = meaning("way of the carriage [m]", 1.0)
-    duration: float = meaning("of the move [s]", 2.5)
-    rest: float = meaning("how long the run goes on at the end [s]", 3.0)
-    payload_mass: float = meaning("of the hanging mass [kg]", 0.25)
-    line_length: float = meaning("of the line on which it hangs [m]", 0.25)
+    duration: float = quantity("s", "positive", "of the move", 2.5)
+    rest: float = quantity("s", "positive", "how long the run goes on at the end", 3.0)
+    payload_mass: float = quantity("kg", "positive", "of the hanging mass", 0.25)
+    line_length: float = quantity("m", "positive", "of the line on which it hangs", 0.25)
     gust: tuple[float, float, float] = meaning(
         "force of the wind on the payload [N], its start and end [s]", (0.0, 1.0, 1.5)
     )
 
     def __post_init__(self) -> None:
-        for name, unit in (("duration", "s"), ("rest", "s"), ("payload_mass", "kg"), ("line_length", "m")):
-            value = getattr(self, name)
-            if not isfinite(value) or value <= 0.0:
-                raise InputRefused(f"{name} = {value:.4g} {unit} must be finite and above 0: give more")
+        check_fields(self)
         if not isfinite(self.distance) or self.distance == 0.0:
             raise InputRefused(f"distance = {self.distance:.4g} m must be finite and not 0: give a way to go")
         if not all(isfinite(value) for value in self.gust) or self.gust[1] > self.gust[2]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import described, meaning, nearest
+from cabledrive.parameters.fields import check_fields, choice, described, meaning, nearest, quantity
 from cabledrive.parameters.units import to_si
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.trajectories import Trajectory, pulse
@@ -128,16 +128,16 @@ class Disturbance:
 class RigOptions:
     """How the rig differs from an ideal one."""
 
-    observer: str = meaning('"kalman" or "difference"', "kalman")
-    feedback: str = meaning('"motor" or "drive": encoder that stands for theta_1 in Models 1 and 3', "motor")
-    encoder_phase: str = meaning(
-        '"random" or "centred": where in its count each encoder starts; where it is known, the '
-        "filter has no states for offsets",
+    observer: str = choice(("kalman", "difference"), "what makes states of the readings", "kalman")
+    feedback: str = choice(("motor", "drive"), "encoder that stands for theta_1 in Models 1 and 3", "motor")
+    encoder_phase: str = choice(
+        ("random", "centred"),
+        "where in its count each encoder starts; where it is known, the filter has no states for offsets",
         "random",
     )
     ideal_sensors: bool = meaning("the law sees true angles and speeds", False)
     smooth_friction: bool = meaning("c tanh(50 w) in the plant instead of stick-slip", False)
-    jitter: float = meaning("standard deviation of the sample times [s]", 0.0)
+    jitter: float = quantity("s", "nonnegative", "standard deviation of the sample times", 0.0)
     disturbances: tuple[Disturbance, ...] = meaning("torques and forces that step in", ())
     substeps: int = meaning("internal steps of the plant per sample; the result does not depend on them", 1)
     forbid_slack: bool = meaning(
@@ -168,23 +168,13 @@ class RigOptions:
     )
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if self.load_change is not None:
             Payload(factor=self.load_change[1], start=self.load_change[0])  # refuses no time and no inertia
-        for name, words in (
-            ("observer", ("kalman", "difference")),
-            ("feedback", ("motor", "drive")),
-            ("encoder_phase", ("random", "centred")),
-        ):
-            if getattr(self, name) not in words:
-                raise InputRefused(
-                    f"{name} = {getattr(self, name)!r} is not known: take {' or '.join(words)}"
-                )
         if self.preload is not None and not self.pair:
             raise InputRefused("preload is that of a pair of motors: add --pair (pair=True), or leave it out")
         if self.segments < 3:
             raise InputRefused(f"segments = {self.segments} per span are too few: give at least 3")
-        if not isfinite(self.jitter) or self.jitter < 0.0:
-            raise InputRefused(f"jitter = {self.jitter:.4g} s must not be negative: give a time in seconds")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

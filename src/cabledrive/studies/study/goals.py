@@ -2,30 +2,25 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
-from math import isfinite
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from cabledrive.identification.logs.log import ColumnMap, column_map
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.fields import described, meaning, nearest, require_known, written
+from cabledrive.parameters.fields import (
+    check_fields,
+    described,
+    meaning,
+    nearest,
+    quantity,
+    require_known,
+    written,
+)
 from cabledrive.parameters.toml_values import quantities_of, quantity_of, read_toml, table_of, whole_of
 from cabledrive.parameters.units import to_si
 from cabledrive.rig.setting import DEGREE, Motion
 
-QUANTITIES = {
-    "error": "rad",
-    "angle": "rad",
-    "duration": "s",
-    "dwell": "s",
-    "torque": "N m",
-    "travel": "m",
-    "carriage_error": "m",
-    "hanging_mass": "kg",
-    "line_length": "m",
-    "rail_friction": "N s/m",
-}
 COUNTS = ("pulses", "order", "draws", "cable_draws", "carriage_draws", "seed")
 TABLES = ("goals", "motion", "carriage", "acceptance")
 SPREADS = {"inertia": 0.1, "stiffness": 0.2, "damping": 0.5, "friction": 0.3, "load_friction": 0.15}
@@ -44,29 +39,37 @@ LARGEST_ANGLE = 1e6
 class Goals:
     """Goals of a study and how it is to be tested."""
 
-    error: float | None = meaning(
-        "largest error of the load angle [rad]; None: there is no goal, and no verdict", None
+    error: float | None = quantity(
+        "rad", "positive", "largest error of the load angle; None: there is no goal, and no verdict", None
     )
-    angle: float | None = meaning(
-        "of each pulse of the load [rad]; None: assumed from the drive's limits", None
+    angle: float | None = quantity(
+        "rad", "positive", "of each pulse of the load; None: assumed from the drive's limits", None
     )
-    duration: float | None = meaning("of a move [s]; None: assumed likewise", None)
-    dwell: float = meaning("rest after each move [s]", 0.5)
+    duration: float | None = quantity("s", "positive", "of a move; None: assumed likewise", None)
+    dwell: float = quantity("s", "positive", "rest after each move", 0.5)
     pulses: int = meaning("how many", 1)
     order: int = meaning("odd order of the rise", 9)
-    torque: float | None = meaning("largest torque [N m]; None: the motor's limit", None)
+    torque: float | None = quantity("N m", "positive", "largest torque; None: the motor's limit", None)
     load_inertia: tuple[float, float] | None = meaning(
         "smallest and largest inertia of the load pulley with its load [kg m^2]", None
     )
-    travel: float | None = meaning(
-        "way of a carriage in each pulse [m]; None: what `angle` at the load pulley carries, or assumed", None
+    travel: float | None = quantity(
+        "m",
+        "positive",
+        "way of a carriage in each pulse; None: what `angle` at the load pulley carries, or assumed",
+        None,
     )
-    carriage_error: float | None = meaning(
-        "largest error of a carriage, and of the mass that hangs below it [m]; None: there is no goal", None
+    carriage_error: float | None = quantity(
+        "m",
+        "positive",
+        "largest error of a carriage, and of the mass that hangs below it; None: there is no goal",
+        None,
     )
-    hanging_mass: float | None = meaning("mass below the carriage [kg]; None: nothing hangs", None)
-    line_length: float | None = meaning("of the line on which it hangs [m]", None)
-    rail_friction: float | None = meaning("of the carriage on its guide [N s/m]; None: an estimate", None)
+    hanging_mass: float | None = quantity("kg", "positive", "below the carriage; None: nothing hangs", None)
+    line_length: float | None = quantity("m", "positive", "of the line on which it hangs", None)
+    rail_friction: float | None = quantity(
+        "N s/m", "positive", "of the carriage on its guide; None: an estimate", None
+    )
     draws: int = meaning("lumped plants of the acceptance", 1000)
     cable_draws: int = meaning("plants on the cable", 73)
     carriage_draws: int = meaning("plants with a carriage", 1000)
@@ -77,9 +80,11 @@ class Goals:
     spreads: Mapping[str, float] = meaning(
         "relative half widths of datasheet values, by kind, see `SPREADS`", factory=lambda: dict(SPREADS)
     )
-    backlash: float | None = meaning(
-        "largest backlash of the motor joint where the data sheet says none [rad]; None: by the "
-        "gear, see `cabledrive.studies.study.machine.backlash_limit`",
+    backlash: float | None = quantity(
+        "rad",
+        "nonnegative",
+        "largest backlash of the motor joint where the data sheet says none; None: by the gear, see "
+        "`cabledrive.studies.study.machine.backlash_limit`",
         None,
     )
     columns: ColumnMap = meaning("how the logs are to be read", factory=ColumnMap)
@@ -91,21 +96,13 @@ class Goals:
     )
 
     def __post_init__(self) -> None:
-        for name in QUANTITIES:
-            value = getattr(self, name)
-            if value is not None and not (isfinite(value) and value > 0.0):
-                unit = QUANTITIES[name]
-                raise InputRefused(f"{name} = {value:.4g} {unit} must be finite and above 0: correct it")
+        check_fields(self)
         if min(self.draws, self.carriage_draws) < 1 or self.cable_draws < 0:
             said = f"draws = {self.draws} and carriage_draws = {self.carriage_draws} must be at least 1"
             raise InputRefused(f"{said}, cable_draws = {self.cable_draws} 0")
         for name, most in MOST_DRAWS.items():
             if getattr(self, name) > most:
                 raise InputRefused(f"{name} = {getattr(self, name)} is above {most}: ask for fewer")
-        if self.backlash is not None and not (isfinite(self.backlash) and self.backlash >= 0.0):
-            raise InputRefused(
-                f"backlash = {self.backlash:.4g} rad must be finite and not negative: correct it"
-            )
         if self.seed < 0:
             raise InputRefused(f"seed = {self.seed} must not be negative: give a whole number from 0 on")
         pulse = (self.duration or 0.0) + self.dwell
@@ -133,6 +130,12 @@ class Goals:
         assert self.duration is not None
         repeated: dict[str, Any] = {"dwell": self.dwell, "pulses": self.pulses, "order": self.order}
         return Motion(angle=self.angle / DEGREE, rise=self.duration, **repeated)
+
+
+QUANTITIES = {
+    one.name: one.metadata["unit"] for one in fields(Goals) if one.metadata.get("bound") == "positive"
+}
+"""SI unit of each quantity of the goals."""
 
 
 def load_goals(path: str | Path) -> Goals:

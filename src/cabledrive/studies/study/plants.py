@@ -25,14 +25,7 @@ from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.setting import DEGREE, sample_interval
 from cabledrive.rig.tracking import summarize
 from cabledrive.rig.tuning import TUNING_DRAWS, TUNING_SEED, LawSetting, setting_of
-from cabledrive.studies.study import bandwidth_cost
-from cabledrive.studies.study.carriage import (
-    CarriageCase,
-    CarriageModel,
-    carriage_demand,
-    carriage_model,
-    know_carriage,
-)
+from cabledrive.studies.study import bandwidth_cost, carriage
 from cabledrive.studies.study.check_stage import demand_of
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, know, known_drive
@@ -163,7 +156,7 @@ EXCEEDED = "the motion exceeds the limits of the drive"
 class Candidates:
     """Model, controller and laws of a plant, as far as it has them."""
 
-    model: ModelResult | CarriageModel | None = None
+    model: ModelResult | carriage.CarriageModel | None = None
     controller: ControllerResult | bandwidth_cost.CarriageController | None = None
     laws: tuple[LawSetting, ...] = ()  # simplest first
     bound: float | None = None  # stated for the law of the chain [rad]
@@ -282,7 +275,7 @@ class CarriagePlant:
         """Data sheet, goals and estimates."""
         logged, spreads = bool(logs.arguments[0]), self.goals.spreads
         return self.cache.staged(
-            "knowledge", know_carriage, bare(self.drive), self.task, spreads, logged=logged
+            "knowledge", carriage.know_carriage, bare(self.drive), self.task, spreads, logged=logged
         )
 
     def knowing(self, known: Knowledge) -> "CarriagePlant":
@@ -291,14 +284,14 @@ class CarriagePlant:
 
     def demand(self) -> DemandResult:
         """What the motion asks of motor and cable."""
-        return self.cache.staged("demand", carriage_demand, bare(self.drive), self.task)
+        return self.cache.staged("demand", carriage.carriage_demand, bare(self.drive), self.task)
 
     def candidates(self, modes: ModesResult, *, possible: bool) -> Candidates:
         """The model of the carriage and the scheduled law at its bandwidth."""
         note, staged, about = self.cache.note, self.cache.staged, (bare(self.drive), self.task)
         assert self.known is not None
         note("[5/8] model of the carriage")
-        model = staged("model", carriage_model, *about)
+        model = staged("model", carriage.carriage_model, *about)
         if model.reason or not possible:
             return Candidates(model=model, reason=model.reason or EXCEEDED)
         note("[6/8] controller: bandwidth of the scheduled law")
@@ -321,7 +314,7 @@ class CarriageRuns:
     encoders = 2
 
     def __init__(self, drive: Drive, goals: Goals, bandwidth: float) -> None:
-        self.case = CarriageCase(drive, goals)
+        self.case = carriage.CarriageCase(drive, goals)
         self.loop, self.left_out = self.case.loop(bandwidth), self.case.left_out
 
     def run(self, values: Mapping[str, float], phases: Array) -> Score:
