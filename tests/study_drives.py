@@ -13,7 +13,7 @@ from cabledrive.rig.experiment import Excitation, experiment
 from cabledrive.rig.setting import DEGREE
 from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult, score
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.verdict_stage import Verdict, judge
@@ -123,8 +123,9 @@ def judged_with(found: StudyResult, goals: Goals, runs: AcceptanceResult) -> Ver
     """The verdict of a study, had its chosen law these runs and the study these goals."""
     error = goals.carriage_error if runs.plant == "carriage" else goals.error
     chosen = found.laws.chosen
-    one = score(chosen, runs, error)
-    laws = replace(found.laws, scores=(one,), cable_scores=(), runs=runs)
+    runs = replace(runs, law=chosen, goal=error)
+    cable = AcceptanceResult(plant="cable")
+    laws = replace(found.laws, scores=(runs,), cable_scores=(), runs=runs, cable=cable)
     names = ("check", "knowledge", "demand", "resonance", "model", "controller")
     parts = {name: getattr(found, name) for name in names}
     return judge(Findings(goals=goals, laws=laws, **parts))

@@ -10,7 +10,7 @@ from cabledrive.report.blocks import Figure
 from cabledrive.report.study.controller import acceptance_chapter
 from cabledrive.rig.setting import DEGREE
 from cabledrive.rig.tuning import LawSetting
-from cabledrive.studies.study.acceptance_stage import TriedLaws, accept, score
+from cabledrive.studies.study.acceptance_stage import TriedLaws, accept
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
@@ -60,9 +60,8 @@ def none():
 
 def tried(runs):
     """The law of these runs, as a study holds it."""
-    one = score(LAW, runs, ASKED.error)
-    cable = replace(runs, plant="cable", draws=0, peaks=(), failed=0, reason="not requested")
-    return TriedLaws(scores=(one,), cable_scores=(), chosen=LAW, runs=runs, cable=cable)
+    cable = replace(runs, plant="cable", draws=0, peaks=(), reason="not requested")
+    return TriedLaws(scores=(runs,), cable_scores=(), chosen=LAW, runs=runs, cable=cable)
 
 
 def judged(runs):
@@ -101,7 +100,7 @@ def test_errors_are_those_of_the_runs_that_lasted(some):
     assert 0 < some.failed < some.draws == 12, some.failed
     assert len(some.peaks) == some.draws - some.failed
     assert set(some.peaks) <= set(whole.peaks), "a run that lasted errs as it does at more pretension"
-    assert some.inside == some.reached == (some.draws - some.failed) / some.draws
+    assert some.inside == some.share == (some.draws - some.failed) / some.draws
 
 
 def test_a_share_that_too_few_runs_kept_has_no_error(some):

@@ -193,6 +193,6 @@ def test_the_goal_that_a_study_proposes_is_kept_by_other_plants(name, measured):
     others = accept(plant, found.laws.chosen, "carriage", 200, bound=None, to_the_end=True)
     sizes = (proposed, others.quantile(0.5), others.peaks[-1])
     words = "goal {:.3g}, median {:.3g}, worst {:.3g} mm".format(*(1e3 * size for size in sizes))
-    measured(f"kept by {100 * others.reached:.1f} %: {words}, at {found.controller.bandwidth:.3g} Hz")
+    measured(f"kept by {100 * others.share:.1f} %: {words}, at {found.controller.bandwidth:.3g} Hz")
     assert others.failed == 0
-    assert others.reached >= 0.97, f"observed {others.reached:.3f} within {1e3 * proposed:.3g} mm"
+    assert others.share >= 0.97, f"observed {others.share:.3f} within {1e3 * proposed:.3g} mm"

@@ -41,14 +41,14 @@ class Draws:
 
     # peak, first_peak, later_peak: largest error of the whole run, in its first pulse with its dwell, and
     # after that [rad at the load]
-    peak: tuple[float, ...]
-    first_peak: tuple[float, ...]
-    later_peak: tuple[float, ...]
-    peak_torque: tuple[float, ...]  # [N m]
+    peak: tuple[float, ...] = ()
+    first_peak: tuple[float, ...] = ()
+    later_peak: tuple[float, ...] = ()
+    peak_torque: tuple[float, ...] = ()  # [N m]
     # saturated, loose: samples at the torque limit, and with an open flank of a pair of motors
-    saturated: tuple[float, ...]
-    loose: tuple[float, ...]
-    failed: tuple[bool, ...]  # whether the run ended before its time
+    saturated: tuple[float, ...] = ()
+    loose: tuple[float, ...] = ()
+    failed: tuple[bool, ...] = ()  # whether the run ended before its time
 
     def joined(self, other: "Draws") -> "Draws":
         """These runs and others."""
@@ -56,12 +56,12 @@ class Draws:
 
     def errors(self, *, learns: bool) -> Array:
         """Error of each run, after the first pulse of a law that learns; infinite where it ended early."""
-        return np.where(self.failed, inf, self.later_peak if learns else self.peak)
+        return np.where(np.array(self.failed, dtype=bool), inf, self.later_peak if learns else self.peak)
 
     def rank(self, goal: float, *, learns: bool) -> tuple[float, float]:
-        """Share of plants outside the goal [rad], then the largest error: smaller is better."""
+        """Share of plants outside the goal [rad], then the largest error: smaller is better, no runs last."""
         errors = self.errors(learns=learns)
-        return float(np.mean(errors > goal)), float(errors.max())
+        return float(np.mean(errors > goal)) if errors.size else inf, float(errors.max(initial=-inf))
 
 
 def over(loops: Iterable[Loop], each: Callable[[Loop], Run] | None = None, threads: int = 2) -> Draws:

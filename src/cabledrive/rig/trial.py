@@ -283,16 +283,16 @@ def goal_of(drive: Drive) -> float:
 
 
 @lru_cache(maxsize=8)
-def best_law(spec: DesignSpec) -> tuple[LawSetting, tuple[tuple[str, Draws | None], ...]]:
+def best_law(spec: DesignSpec) -> tuple[LawSetting, tuple[tuple[str, Draws], ...]]:
     """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants."""
     disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
     several = spec.motion.pulses > 1
     found: list[tuple[tuple[float, float], LawSetting]] = []
-    reached: list[tuple[str, Draws | None]] = []
+    reached: list[tuple[str, Draws]] = []
     for name in offered(spec.drive, disturbances):
         if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
             continue
-        setting, scores = setting_of(name, spec, disturbances), None
+        setting, scores = setting_of(name, spec, disturbances), Draws()
         if setting.bandwidth is not None:
             loop = tuned_loop(name, setting.bandwidth, setting.filter, spec)
             scores = scored(loop, spec, disturbances, 0, range(BEST_DRAWS))
@@ -322,7 +322,7 @@ def best_words(spec: DesignSpec) -> dict[str, Any]:
     tuned, reached = best_law(_compared(spec))
     several, found = spec.motion.pulses > 1, []
     for name, scores in reached:
-        errors = np.full(1, inf) if scores is None else scores.errors(learns=several and name in LEARNS)
+        errors = scores.errors(learns=several and name in LEARNS) if scores.peak else np.full(1, inf)
         figures = {"worst_deg": errors.max() / DEGREE, "median_deg": np.median(errors / DEGREE)}
         seen = {key: float(one) if np.isfinite(one) else None for key, one in figures.items()}
         found.append({"name": name} | seen)

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
-from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -38,14 +37,8 @@ class ComparedLaw:
     """One law of a comparison."""
 
     tuning: LawSetting
-    scores: Draws | None  # None: it could not be tuned
+    scores: Draws  # empty where it could not be tuned
     learns: bool  # whether its first pulse is for learning, and the error counts after it
-
-    def rank(self, goal: float) -> tuple[bool, float, float]:
-        """Smaller is better; a law without runs comes last."""
-        if self.scores is None:
-            return True, 1.0, float("inf")
-        return (False, *self.scores.rank(goal, learns=self.learns))
 
 
 @described
@@ -68,7 +61,13 @@ class Comparison(ResultCard):
 def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
     """One row of the answer: errors in degrees, torques in N m, margins; ``goal`` [rad]."""
     tuning, scores = law.tuning, law.scores
-    words: dict[str, Any] = {
+    lasted, errors = ~np.array(scores.failed, dtype=bool), scores.later_peak if law.learns else scores.peak
+    inside, runs = int(np.count_nonzero(scores.errors(learns=law.learns) <= goal)), len(errors)
+
+    def degrees(statistic: Callable[..., Any], values: Any) -> float | None:
+        return float(statistic(np.array(values)[lasted] / DEGREE)) if lasted.any() else None
+
+    return {
         "name": tuning.controller,
         "bandwidth_hz": tuning.bandwidth,
         "filter": tuning.filter,
@@ -79,20 +78,6 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
         "torque_ripple": tuning.margins.get("ripple"),
         "tuning_seconds": tuning.seconds,
         "reason": tuning.reason,
-    }
-    if scores is None:
-        names = (
-            *("worst_deg", "median_deg", "error_99_deg", "worst_whole_run_deg", "worst_later_deg"),
-            *("share_within", "share_low", "peak_torque", "median_torque"),
-        )
-        return words | {"runs": 0, "failed": 0, "saturated_runs": 0} | dict.fromkeys(names)
-    lasted, errors = ~np.array(scores.failed), scores.later_peak if law.learns else scores.peak
-    inside, runs = int(np.count_nonzero(scores.errors(learns=law.learns) <= goal)), len(errors)
-
-    def degrees(statistic: Callable[..., Any], values: Any) -> float | None:
-        return float(statistic(np.array(values)[lasted] / DEGREE)) if lasted.any() else None
-
-    return words | {
         "runs": runs,
         "failed": int(np.count_nonzero(~lasted)),
         "worst_deg": degrees(np.max, errors),
@@ -100,10 +85,10 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
         "error_99_deg": degrees(lambda lasting: np.quantile(lasting, 0.99), errors),
         "worst_whole_run_deg": degrees(np.max, scores.peak),
         "worst_later_deg": degrees(np.max, scores.later_peak),
-        "share_within": inside / runs,
-        "share_low": share_low(inside, runs),
-        "peak_torque": max(scores.peak_torque),
-        "median_torque": float(np.median(scores.peak_torque)),
+        "share_within": inside / runs if runs else None,
+        "share_low": share_low(inside, runs) if runs else None,
+        "peak_torque": max(scores.peak_torque, default=None),
+        "median_torque": float(np.median(scores.peak_torque)) if runs else None,
         "saturated_runs": int(np.count_nonzero(np.array(scores.saturated) > 0.0)),
     }
 
@@ -196,7 +181,7 @@ def compare(
     plain = replace(spec, drive=replace(drive, name="", title="", source=""))
     with nullcontext() if folder is None else one_process(Path(folder)):
         found = list(_laws(names, (plain, asked), draws, seed, cache))
-    laws = tuple(sorted(found, key=lambda law: law.rank(allowed)))
+    laws = tuple(sorted(found, key=lambda law: law.scores.rank(allowed, learns=law.learns)))
     return Comparison(summary=_summary(spec, laws, asked, draws, seed, allowed), laws=laws)
 
 
@@ -214,17 +199,16 @@ def _laws(
 
     for name in names:
         cache.note(f"{name}: tuning")
-        tuning, scores = cache.staged(f"tuning-{name}", setting_of, name, *about), None
+        tuning, scores = cache.staged(f"tuning-{name}", setting_of, name, *about), Draws()
         if tuning.bandwidth is None:
             progress(f"{name}: {tuning.reason}", 1.0)
         else:
             law = Made(tuned_loop, (name, tuning.bandwidth, tuning.filter, about[0]))
-            blocks = list[Draws]()
             for first in range(0, draws, BLOCK):
                 last, stage = min(first + BLOCK, draws), f"runs-{name}-{first:05d}"
-                blocks.append(cache.staged(stage, scored, law, *about, seed, tuple(range(first, last))))
+                block = cache.staged(stage, scored, law, *about, seed, tuple(range(first, last)))
+                scores = scores.joined(block)
                 progress(f"{name}: {last} of {draws} plants", (last - first) / draws)
-            scores = reduce(Draws.joined, blocks)
         yield ComparedLaw(tuning=tuning, scores=scores, learns=about[0].motion.pulses > 1 and name in LEARNS)
 
 
@@ -237,7 +221,7 @@ def _summary(
     goal: float,
 ) -> dict[str, Any]:
     motion, limit = spec.motion, torque_limit(spec.drive)
-    ran = [law for law in laws if law.scores is not None]
+    ran = [law for law in laws if law.scores.peak]
     return {
         "controllers": [law_words(law, goal) for law in laws],
         "best": ran[0].tuning.controller if ran else None,

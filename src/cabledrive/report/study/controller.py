@@ -28,7 +28,7 @@ from cabledrive.report.study.verdict import listed, named, unit_shown
 from cabledrive.report.typesetting import number
 from cabledrive.report.words import sentences, texts
 from cabledrive.studies.study import StudyResult
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult, LawScore, WorstCase
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
 from cabledrive.studies.study.bandwidth_cost import Candidate, CarriageCandidate, CarriageController
 from cabledrive.studies.study.carriage import CarriageModel
 from cabledrive.studies.study.machine import UNITS
@@ -158,15 +158,15 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
     return Chapter(title="Acceptance", anchor="acceptance", blocks=tuple(blocks), methods=(method,))
 
 
-def _laws(scores: Iterable[LawScore], errors: Errors) -> Table:
+def _laws(scores: Iterable[AcceptanceResult], errors: Errors) -> Table:
     """Every law, simplest first, with its errors and the share of the plants it holds within the goal."""
     rows = (
         (
-            one.controller,
-            one.setting,
-            f"{one.runs}",
+            one.law.controller,
+            one.law.words,
+            f"{one.draws}",
             errors.shown(one.reached.error if one.reached else None),
-            errors.shown(one.worst),
+            errors.shown(one.peaks[-1] if one.peaks else None),
             *("" if share is None else percent(share) for share in (one.share, one.share_low)),
             f"{one.failed}",
         )
@@ -178,17 +178,17 @@ def _laws(scores: Iterable[LawScore], errors: Errors) -> Table:
         f"Law | Setting | Runs [] | 99 % [{unit}] | Worst [{unit}] | In goal [] | At least [] | "
         "Ended early []",
         rows,
-        note="; ".join(f"{one.controller}: {one.reason}" for one in scores if one.reason),
+        note="; ".join(f"{one.law.controller}: {one.reason}" for one in scores if one.reason),
     )
 
 
 def _runs(runs: list[AcceptanceResult], errors: Errors) -> Table:
     """Quantiles of the largest error, of a carriage also of that at rest; shares within bound and goal."""
-    names = {"bound": runs[0].inside, "goal": runs[0].reached}
+    names = {"bound": runs[0].inside, "goal": runs[0].share}
     asked, unit = ", ".join(name for name, share in names.items() if share is not None), errors.unit
     rows: list[tuple[Cell, ...]] = []
     for one in runs:
-        inside = ", ".join(f"{100 * s:.1f} %" for s in (one.inside, one.reached) if s is not None)
+        inside = ", ".join(f"{100 * s:.1f} %" for s in (one.inside, one.share) if s is not None)
         torque = "" if one.largest_torque is None else number(one.largest_torque, 3)
         for words, still in ((one.plant.capitalize(), False), ("The same, at rest", True)):
             if not still or one.rests:

@@ -40,26 +40,6 @@ class ReachedError:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LawScore:
-    """One law on many plants."""
-
-    controller: str
-    setting: str  # in words
-    plant: str  # {"lumped", "carriage", "cable"}
-    # runs, failed: runs made, and those that ended before their time
-    runs: int
-    failed: int
-    worst: float | None  # largest error of the runs that lasted [rad] or [m]; None: there is none
-    reached: ReachedError | None  # None: no runs were made
-    # share, share_low: of all runs inside the goal, and its lower limit with 95 % confidence; None without a
-    # goal or runs
-    share: float | None
-    share_low: float | None
-    holds: bool | None  # whether `share_low` is enough; None without a goal, or where not all runs were made
-    reason: str  # why runs were not made
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class WorstCase:
     """The run with the largest error."""
 
@@ -73,11 +53,16 @@ class WorstCase:
     torque: tuple[float, ...]
 
 
+NO_LAW = LawSetting(controller="")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AcceptanceResult:
-    """What many runs said."""
+    """What many runs of a law said."""
 
     plant: str  # {"lumped", "carriage", "cable"}
+    law: LawSetting = NO_LAW
+    goal: float | None = None  # largest error allowed [rad] or [m]
     draws: int = 0
     # peaks, rests: largest error of each run that lasted, and of a carriage the largest while it is to stand,
     # both ascending [rad] or [m]
@@ -85,13 +70,46 @@ class AcceptanceResult:
     rests: tuple[float, ...] = ()
     # share of all runs whose error stayed inside the stated bound; None: no bound is stated for the law
     inside: float | None = None
-    reached: float | None = None  # share of all runs whose error stayed inside the goal; None without one
-    failed: int = 0  # runs that ended before their time
     saturated: int = 0  # runs in which the torque met its limit
     largest_torque: float | None = None  # [N m]; of loads only in the runs that lasted; None: there is none
     smallest_tension: float | None = None  # of a strand with a carriage [N]
     worst: WorstCase | None = None  # None: every run failed, or none was made
-    reason: str = ""  # why there are no runs, where there are none
+    reason: str = ""  # why there are no runs, or not all of them
+
+    @property
+    def failed(self) -> int:
+        """Runs that ended before their time."""
+        return self.draws - len(self.peaks)
+
+    @property
+    def misses(self) -> int:
+        """Runs outside the goal, those that ended early among them; all without a goal."""
+        return self.draws - sum(self.goal is not None and peak <= self.goal for peak in self.peaks)
+
+    @property
+    def share(self) -> float | None:
+        """Of all runs those inside the goal; None without a goal or runs."""
+        return (self.draws - self.misses) / self.draws if self.goal is not None and self.draws else None
+
+    @property
+    def share_low(self) -> float | None:
+        """Its lower limit, see `cabledrive.rig.plant_samples.share_low`."""
+        return None if self.share is None else share_low(self.draws - self.misses, self.draws)
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether that is enough; None without a goal, or where not all runs were made."""
+        return None if self.share_low is None or self.reason else self.share_low >= ENOUGH[self.plant]
+
+    @property
+    def reached(self) -> ReachedError | None:
+        """The error below which the share asked for stays, or what so few can show; None without runs."""
+        if not self.draws:
+            return None
+        misses = misses_allowed(self.draws, ENOUGH[self.plant])
+        shown = ENOUGH[self.plant] if misses >= 0 else share_low(self.draws, self.draws)
+        place = self.draws - max(misses, 0) - 1
+        return ReachedError(error=self.peaks[place] if place < len(self.peaks) else None, share=shown)
 
     def quantile(self, share: float, *, rest: bool = False) -> float | None:
         """Error that a share of all runs kept below [rad] or [m]; None where too many ended early."""
@@ -103,29 +121,26 @@ class AcceptanceResult:
 class TriedLaws:
     """All laws of a study."""
 
-    scores: tuple[LawScore, ...]  # on the plants that decide first, simplest law first
-    cable_scores: tuple[LawScore, ...]  # on the distributed cable, of those that came to it
+    scores: tuple[AcceptanceResult, ...]  # on the plants that decide first, simplest law first
+    cable_scores: tuple[AcceptanceResult, ...]  # on the distributed cable, of those that came to it
     # the simplest that holds the goal; without one that does, or without a goal, the one that came closest
     chosen: LawSetting | None
-    # runs, cable: of the chosen law
+    # runs, cable: of the chosen law; without runs, why there are none
     runs: AcceptanceResult
     cable: AcceptanceResult
 
     @property
-    def score(self) -> LawScore | None:
-        """Of the chosen law on the plants that decide first; None: no law was run."""
-        return self._of_the_chosen(self.scores)
+    def score(self) -> AcceptanceResult | None:
+        """The runs of the chosen law on the plants that decide first; None: no law was run."""
+        return None if self.chosen is None else self.runs
 
     @property
-    def cable_score(self) -> LawScore | None:
-        """Of the chosen law on the distributed cable; None: it was not run there."""
-        return self._of_the_chosen(self.cable_scores)
-
-    def _of_the_chosen(self, scores: Sequence[LawScore]) -> LawScore | None:
-        return next((one for one in scores if self.chosen and one.controller == self.chosen.controller), None)
+    def cable_score(self) -> AcceptanceResult | None:
+        """The same on the distributed cable; None: it was not run there."""
+        return self.cable if self.cable.draws else None
 
 
-def no_laws(plant: str, reason: str, cable: str, scores: Sequence[LawScore] = ()) -> TriedLaws:
+def no_laws(plant: str, reason: str, cable: str, scores: Sequence[AcceptanceResult] = ()) -> TriedLaws:
     """No law is chosen; ``reason``, ``cable``: why there are no runs on either kind of plant."""
     runs = [AcceptanceResult(plant=kind, reason=why) for kind, why in ((plant, reason), ("cable", cable))]
     return TriedLaws(scores=tuple(scores), cable_scores=(), chosen=None, runs=runs[0], cable=runs[1])
@@ -144,41 +159,14 @@ def lost(misses: int, runs: int, plant: str) -> bool:
     return misses > max(misses_allowed(runs, ENOUGH[plant]), 0)
 
 
-def score(law: LawSetting, found: AcceptanceResult, goal: float | None) -> LawScore:
-    """What many runs of a law say; ``goal``: [rad] or [m]."""
-    runs, enough = found.draws, ENOUGH[found.plant]
-    share = low = reached = None
-    if goal is not None and runs:
-        inside = sum(error <= goal for error in found.peaks)
-        share, low = inside / runs, share_low(inside, runs)
-    if runs:  # the share asked for, or what so few runs can show
-        misses = misses_allowed(runs, enough)
-        shown = enough if misses >= 0 else share_low(runs, runs)
-        place = runs - max(misses, 0) - 1
-        reached = ReachedError(error=found.peaks[place] if place < len(found.peaks) else None, share=shown)
-    return LawScore(
-        controller=law.controller,
-        setting=law.words,
-        plant=found.plant,
-        runs=runs,
-        failed=runs - len(found.peaks),
-        worst=found.peaks[-1] if found.peaks else None,
-        reached=reached,
-        share=share,
-        share_low=low,
-        holds=None if low is None else low >= enough,
-        reason=found.reason,
-    )
-
-
-def closest(scores: Sequence[LawScore]) -> LawScore | None:
+def closest(scores: Sequence[AcceptanceResult]) -> AcceptanceResult | None:
     """The law with the smallest error, with a goal the largest share first; None: no law has runs."""
 
-    def rank(one: LawScore) -> tuple[float, float]:
+    def rank(one: AcceptanceResult) -> tuple[float, float]:
         error = one.reached.error if one.reached else None
         return -(one.share or 0.0), float("inf") if error is None else error
 
-    return min((one for one in scores if one.runs), key=rank, default=None)
+    return min((one for one in scores if one.draws), key=rank, default=None)
 
 
 def accept(
@@ -188,9 +176,9 @@ def accept(
 
     Each finished block is kept; ``bound``: stated for the law of the chain [rad].
     """
-    if law.bandwidth is None:
-        return AcceptanceResult(plant=kind, reason=law.reason)
     goal, cache, known = goal_of(plant.goals), plant.cache, plant.known
+    if law.bandwidth is None:
+        return AcceptanceResult(plant=kind, law=law, goal=goal, reason=law.reason)
     assert known is not None
     loop, name = plant.closed_loop(law, cable=kind == "cable"), law.controller
     about = loop, (known.quantities, known.correlations), plant.goals.seed
@@ -206,18 +194,15 @@ def accept(
     peaks, worst = tuple(peak for peak, _ in lasting), None
     if lasting:
         worst = cache.staged(f"acceptance-{kind}-{name}-worst", worst_case, *about, lasting[-1][1])
-
-    def within(limit: float | None) -> float | None:
-        return None if limit is None else sum(p <= limit for p in peaks) / len(scores)
-
+    stated = None if law.model is None else bound
     return AcceptanceResult(
         plant=kind,
+        law=law,
+        goal=goal,
         draws=len(scores),
         peaks=peaks,
         rests=tuple(sorted(one.rest for one in scores if one.rest is not None)),
-        inside=None if law.model is None else within(bound),
-        reached=within(goal),
-        failed=len(scores) - len(peaks),
+        inside=None if stated is None else sum(peak <= stated for peak in peaks) / len(scores),
         saturated=sum(one.saturated > 0.0 for one in scores),
         largest_torque=max((one.torque for one in scores if one.torque is not None), default=None),
         smallest_tension=min((one.tension for one in scores if one.tension is not None), default=None),
@@ -261,55 +246,46 @@ def try_laws(plant: Plant, settings: Sequence[LawSetting], bound: float | None) 
     alone = len(settings) == 1
     first = draws if alone else min(FIRST, draws)
     runs = [accept(plant, one, kind, first, bound=bound, to_the_end=alone) for one in settings]
-    scores = [score(one, result, goal) for one, result in zip(settings, runs, strict=True)]
-    if closest(scores) is None:
+    if closest(runs) is None:
         none = "; ".join(f"{one.controller}: {one.reason}" for one in settings)
-        return no_laws(kind, f"no law is applicable: {none}", none, scores)
+        return no_laws(kind, f"no law is applicable: {none}", none, runs)
     found: dict[int, AcceptanceResult] = {}
-    cable_scores: list[LawScore] = []
     chosen: int | None = None
 
     def on_the_cable(place: int) -> bool | None:
         found[place] = accept(plant, settings[place], "cable", goals.cable_draws, bound=bound)
-        cable_scores.append(score(settings[place], found[place], goal))
-        return cable_scores[-1].holds
+        return found[place].holds
 
-    for place in _promising(scores, goal, draws, kind):
+    for place in _promising(runs, goal, draws, kind):
         if runs[place].draws < draws:
             runs[place] = accept(plant, settings[place], kind, draws, bound=bound)
-        scores[place] = score(settings[place], runs[place], goal)
-        if goal is not None and scores[place].holds and (why or on_the_cable(place)):
+        if goal is not None and runs[place].holds and (why or on_the_cable(place)):
             chosen = place
             break
     left_off = "a simpler law meets the goal" if goal is not None else "another law has a smaller error"
-    for place, one in enumerate(scores):  # a law that might hold and was not run to the end claims nothing
-        if 0 < one.runs < draws and not (one.share is not None and lost(_missed(one), draws, kind)):
-            scores[place] = replace(one, holds=None, reason=f"stopped early: {left_off}")
+    for place, one in enumerate(runs):  # a law that might hold and was not run to the end claims nothing
+        if 0 < one.draws < draws and (goal is None or not lost(one.misses, draws, kind)):
+            runs[place] = replace(one, reason=f"stopped early: {left_off}")
     if chosen is None:
-        near = closest([one for k, one in enumerate(scores) if k in found] or scores)
-        chosen = next(k for k, one in enumerate(scores) if one is near)
+        near = closest([one for k, one in enumerate(runs) if k in found] or runs)
+        chosen = next(k for k, one in enumerate(runs) if one is near)
     if goal is None and not why:
         on_the_cable(chosen)
     return TriedLaws(
-        scores=tuple(scores),
-        cable_scores=tuple(cable_scores),
+        scores=tuple(runs),
+        cable_scores=tuple(found.values()),
         chosen=settings[chosen],
         runs=runs[chosen],
         cable=found.get(chosen, AcceptanceResult(plant="cable", reason=why or NOT_HELD)),
     )
 
 
-def _promising(scores: Sequence[LawScore], goal: float | None, draws: int, kind: str) -> list[int]:
+def _promising(runs: Sequence[AcceptanceResult], goal: float | None, draws: int, kind: str) -> list[int]:
     """Laws that are run to the end, by place, simplest first."""
-    made = [k for k, one in enumerate(scores) if one.runs]
+    made = [k for k, one in enumerate(runs) if one.draws]
     if goal is not None:
-        left = [k for k in made if not lost(_missed(scores[k]), draws, kind)]
-        best = closest(scores)
-        return left or [k for k in made if scores[k] is best]
-    errors = {k: one.worst for k, one in enumerate(scores) if one.worst is not None and not one.failed}
+        left = [k for k in made if not lost(runs[k].misses, draws, kind)]
+        best = closest(runs)
+        return left or [k for k in made if runs[k] is best]
+    errors = {k: one.peaks[-1] for k, one in enumerate(runs) if one.peaks and not one.failed}
     return [k for k, error in errors.items() if error <= NEAR * min(errors.values())] if errors else made
-
-
-def _missed(one: LawScore) -> int:
-    assert one.share is not None
-    return round((1.0 - one.share) * one.runs)

@@ -8,7 +8,7 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import meaning, percent, rounded
 from cabledrive.rig.plant_samples import CONFIDENCE
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, LawScore, TriedLaws
+from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, TriedLaws
 from cabledrive.studies.study.bandwidth_cost import CarriageCandidate, CarriageController
 from cabledrive.studies.study.carriage import CarriageModel
 from cabledrive.studies.study.check_stage import CheckResult
@@ -103,13 +103,15 @@ def rounded_up(value: float) -> float:
     return float(f"{ceil(value / scale - 1e-9) * scale:.2g}")
 
 
-def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> str:
+def reached_words(
+    chosen: AcceptanceResult, cable: AcceptanceResult | None, goals: Goals, unit: ErrorUnit
+) -> str:
     """What is reached without a goal."""
     move, reached = move_words(goals), chosen.reached
     if reached is None or reached.error is None:
-        early = f"{chosen.failed} of {chosen.runs} runs ended early, so no error can be stated"
-        return f"no error goal given; {chosen.controller} at {move}: {early}"
-    words = f"no error goal given; {chosen.controller} follows {move} within {unit.words(reached.error)}"
+        early = f"{chosen.failed} of {chosen.draws} runs ended early, so no error can be stated"
+        return f"no error goal given; {chosen.law.controller} at {move}: {early}"
+    words = f"no error goal given; {chosen.law.controller} follows {move} within {unit.words(reached.error)}"
     words += f" in {percent(reached.share)} of the plants, {100 * reached.confidence:g} % confidence"
     if cable is not None and cable.reached is not None and cable.reached.error is not None:
         inside = f"{unit.words(cable.reached.error)} in {percent(cable.reached.share)}"
@@ -117,43 +119,47 @@ def reached_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: 
     return words + _only(chosen)
 
 
-def held_words(chosen: LawScore, cable: LawScore | None, goals: Goals, unit: ErrorUnit) -> list[str]:
+def held_words(
+    chosen: AcceptanceResult, cable: AcceptanceResult | None, goals: Goals, unit: ErrorUnit
+) -> list[str]:
     """What is reached where the goal is held; ``chosen``: with a goal."""
     goal = goal_of(goals)
     assert goal is not None
-    first = f"{chosen.controller} follows {move_words(goals)} within the goal of {unit.words(goal)}"
+    first = f"{chosen.law.controller} follows {move_words(goals)} within the goal of {unit.words(goal)}"
     first += _only(chosen) if cable is None else ""
     return [first, *(_share_words(one) for one in (chosen, cable) if one is not None)]
 
 
-def _only(chosen: LawScore) -> str:
+def _only(chosen: AcceptanceResult) -> str:
     return "; tested on lumped plants only, not on the distributed cable" if chosen.plant == "lumped" else ""
 
 
-def _share_words(one: LawScore) -> str:
+def _share_words(one: AcceptanceResult) -> str:
     assert one.share is not None
     assert one.share_low is not None
-    words = f"{percent(one.share)} of {one.runs} {PLANTS[one.plant]} keep within the goal: at least "
+    words = f"{percent(one.share)} of {one.draws} {PLANTS[one.plant]} keep within the goal: at least "
     return f"{words}{percent(one.share_low)} of all, with {100 * CONFIDENCE:g} % confidence"
 
 
-def short_of(one: LawScore, goal: float, unit: ErrorUnit) -> list[str]:
+def short_of(one: AcceptanceResult, goal: float, unit: ErrorUnit) -> list[str]:
     """What a law lacks, in words; empty where nothing is short; ``goal`` [rad] or [m]."""
     if one.holds is not False:
         return []
     enough = ENOUGH[one.plant]
     if one.share == 1.0:
-        why = f"all of {one.runs} {PLANTS[one.plant]} keep within {unit.words(goal)} under {one.controller}"
+        why = f"all of {one.draws} {PLANTS[one.plant]} keep within {unit.words(goal)} under "
         few = f"so few runs prove only {percent(one.share_low or 0.0)}; {percent(enough)} are required"
-        return [f"{why}, but {few}"]
-    words = f"none of the tried laws meets the goal of {unit.words(goal)}; closest is {one.controller}: "
+        return [f"{why}{one.law.controller}, but {few}"]
+    words = f"none of the tried laws meets the goal of {unit.words(goal)}; closest is {one.law.controller}: "
     words += f"{_share_words(one)}; {percent(enough)} are required"
     if one.reached is not None and one.reached.error is not None:
         kept = f"{percent(one.reached.share)} keep within {unit.words(one.reached.error)}"
         words += f"; {kept}"
     found = [words]
     if one.failed:
-        found.append(f"{one.failed} of {one.runs} runs on {PLANTS[one.plant]} ended early: unstable or slack")
+        found.append(
+            f"{one.failed} of {one.draws} runs on {PLANTS[one.plant]} ended early: unstable or slack"
+        )
     return found
 
 

@@ -191,8 +191,9 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
 
 
 RESULTS, REPORT, DRIVE, CONTROLLER = "results.json", "report.html", "drive.toml", "controller.json"
+ACCEPTED = ("draws", "peaks", "failed", "saturated", "largest_torque", "worst")
 LOAD_KEYS, CARRIAGE_KEYS = ("plant", "inside", "reason"), ("rests", "smallest_tension")
-"""Keys of an acceptance that only loads, and only carriages, have."""
+"""Keys of an acceptance, and those that only loads, and only carriages, have."""
 METHOD = "study in stages, each kept by the hash of its inputs"
 
 
@@ -210,13 +211,13 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         "laws": None,
     }
     if laws.scores and not result.carried:
-        stages["laws"] = {"chosen": laws.chosen, "cable": laws.cable_scores}
+        stages["laws"] = {"chosen": laws.chosen, "cable": [_scored(one) for one in laws.cable_scores]}
     accepted: dict[str, Any] = {"carriage": None}
     if not result.carried:
         kinds = {"lumped": result.runs, "cable": result.cable}
-        accepted = {kind: _shown(runs, CARRIAGE_KEYS) for kind, runs in kinds.items()}
+        accepted = {kind: _shown(runs, LOAD_KEYS) for kind, runs in kinds.items()}
     elif result.runs.draws:
-        shown = _shown(result.runs, LOAD_KEYS)
+        shown = _shown(result.runs, CARRIAGE_KEYS)
         shown["quantile_99_error_at_rest"] = result.runs.quantile(0.99, rest=True)
         if shown["worst"]:
             shown["worst"]["course"] = shown["worst"].pop("reference")
@@ -226,16 +227,14 @@ def results_of(result: StudyResult) -> dict[str, Any]:
     error: dict[str, Any] = {key: None if size is None else unit.of(size)}
     candidates = [
         {
-            "controller": one.controller,
-            "setting": one.setting,
-            f"worst_{unit.name}": None if one.worst is None else unit.of(one.worst),
-            f"reached_{unit.name}": one.reached and one.reached.error and unit.of(one.reached.error),
-            **{name: getattr(one, name) for name in ("share", "share_low", "plant", "runs")},
-            "ended_early": one.failed,
-            "holds": one.holds,
-            "reason": one.reason or ("" if goal_of(result.goals) is not None else "no error goal given"),
+            f"worst_{unit.name}": one["worst"] and unit.of(one["worst"]),
+            f"reached_{unit.name}": one["reached"] and one["reached"].error and unit.of(one["reached"].error),
+            **{name: one[name] for name in ("controller", "setting", "share", "share_low", "plant", "runs")},
+            "ended_early": one["failed"],
+            "holds": one["holds"],
+            "reason": one["reason"] or ("" if goal_of(result.goals) is not None else "no error goal given"),
         }
-        for one in laws.scores
+        for one in map(_scored, laws.scores)
     ]
     error |= {name: getattr(reached, name, None) for name in ("share", "confidence")}
     if size is None:
@@ -270,8 +269,17 @@ def results_of(result: StudyResult) -> dict[str, Any]:
     }
 
 
-def _shown(found: AcceptanceResult, left_out: tuple[str, ...]) -> dict[str, Any]:
-    data = {name: value for name, value in stage_cache.as_plain(found).items() if name not in left_out}
+def _scored(found: AcceptanceResult) -> dict[str, Any]:
+    """A law and what its runs say of it."""
+    about = {"controller": found.law.controller, "setting": found.law.words, "runs": found.draws}
+    names = ("plant", "failed", "reached", "share", "share_low", "holds", "reason")
+    same = {name: getattr(found, name) for name in names}
+    return about | same | {"worst": found.peaks[-1] if found.peaks else None}
+
+
+def _shown(found: AcceptanceResult, more: tuple[str, ...]) -> dict[str, Any]:
+    data = {name: stage_cache.as_plain(getattr(found, name)) for name in (*ACCEPTED, *more)}
+    data["reached"] = found.share
     shares = {"median": 0.5, "quantile_95": 0.95, "quantile_99": 0.99, "largest": 1.0}
     return data | {f"{name}_error": found.quantile(share) for name, share in shares.items()}
 

@@ -13,7 +13,7 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.rig.setting import control_delay, current_rate
 from cabledrive.studies.study import findings
-from cabledrive.studies.study.acceptance_stage import ENOUGH, LawScore, ReachedError
+from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, ReachedError
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageModel
 from cabledrive.studies.study.goals import error_unit, goal_of
@@ -136,7 +136,7 @@ def _refusals(found: findings.Findings) -> tuple[list[str], list[str]]:
     return reasons, remedies
 
 
-def _by_acceptance(found: findings.Findings, chosen: LawScore) -> tuple[str, list[str], list[str]]:
+def _by_acceptance(found: findings.Findings, chosen: AcceptanceResult) -> tuple[str, list[str], list[str]]:
     goals, unit, cable = found.goals, error_unit(found.goals), found.laws.cable_score
     goal, known = goal_of(goals), found.knowledge
     # What makes the plants of the acceptance other than the machine that was logged.
