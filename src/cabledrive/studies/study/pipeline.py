@@ -34,7 +34,7 @@ from cabledrive.studies.study.goals import Goals, error_unit, goal_of
 from cabledrive.studies.study.machine import mechanical
 from cabledrive.studies.study.modes_stage import ModesResult, find_modes, resonance_of
 from cabledrive.studies.study.plants import CarriagePlant, LoadPlant, Plant, load_case
-from cabledrive.studies.study.stage_cache import StageCache
+from cabledrive.studies.study.stage_cache import Made, StageCache
 from cabledrive.studies.study.verdict_stage import Verdict, judge
 
 
@@ -90,7 +90,8 @@ def run_study(
         duration = goals.motion.trajectory.duration
         check_record(duration, duration * drive.sensors.sample_rate)
     cache, files = StageCache(folder=folder, note=note), stage_cache.log_files(logs)
-    records, hashes = stage_cache.logs_of(files, goals.columns), [file.sha256 for file in files]
+    records = Made(stage_cache.read_all, (files, goals.columns))  # where a stage needs them
+    hashes = [file.sha256 for file in files]
     note("[1/8] check of drive and data")
     checked = cache.staged("check", check, drive, records, hashes)
     plant = plant_of(drive, goals, cache, checked)

@@ -140,32 +140,21 @@ class StageCache:
 
     def staged(self, name: str, compute: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
         """A function's result via its plain data, from the folder or kept there; the call is the key."""
-        key = key_of(name, call_of(compute, *arguments, **named)) if self.folder is not None else ""
-        data = self._found(name, key)
-        if data is None:
-            given = {word: value_of(one) for word, one in named.items()}
-            data = self._kept(name, key, lambda: compute(*map(value_of, arguments), **given))
-        result: Result = revived(typing.get_type_hints(compute)["return"], data)
-        return result
-
-    def _found(self, name: str, key: str) -> Any:
-        if self.folder is None:
-            return None
-        content = intact_object(self._place(name, key))
-        return content["result"] if content is not None and content.get("key") == key else None
-
-    def _kept(self, name: str, key: str, compute: Callable[[], Any]) -> Any:
-        begun = time.perf_counter()
-        data = json.loads(json.dumps(as_plain(compute()), allow_nan=False))
+        key, begun, place, content = "", time.perf_counter(), None, None
         if self.folder is not None:
-            content = {"key": key, "seconds": round(time.perf_counter() - begun, 3), "result": data}
-            self.folder.mkdir(parents=True, exist_ok=True)
-            write_whole(self._place(name, key), json.dumps(with_own_hash(content)), force=True)
-        return data
-
-    def _place(self, name: str, key: str) -> Path:
-        assert self.folder is not None
-        return self.folder / f"{name}-{key[:24]}.json"
+            key = key_of(name, call_of(compute, *arguments, **named))
+            place = self.folder / f"{name}-{key[:24]}.json"
+            content = intact_object(place)
+        if content is None or content.get("key") != key:
+            given = {word: value_of(one) for word, one in named.items()}
+            plain = json.dumps(as_plain(compute(*map(value_of, arguments), **given)), allow_nan=False)
+            seconds = round(time.perf_counter() - begun, 3)
+            content = {"key": key, "seconds": seconds, "result": json.loads(plain)}
+            if place is not None:
+                place.parent.mkdir(parents=True, exist_ok=True)
+                write_whole(place, json.dumps(with_own_hash(content)), force=True)
+        result: Result = revived(typing.get_type_hints(compute)["return"], content["result"])
+        return result
 
 
 def sweep(folder: Path) -> None:
@@ -198,11 +187,6 @@ def log_files(paths: Sequence[Path]) -> tuple[LogFile, ...]:
             raise InputRefused(f"{path}: cannot be read ({error.strerror}): check the path") from None
         found.append(LogFile(path=path, name=path.name, sha256=digest))
     return tuple(found)
-
-
-def logs_of(files: Sequence[LogFile], columns: ColumnMap) -> Logs:
-    """Logs that are read when a stage needs them."""
-    return Made(read_all, (tuple(files), columns))
 
 
 def read_all(files: Sequence[LogFile], columns: ColumnMap) -> list[Log]:
