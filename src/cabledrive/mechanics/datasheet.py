@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, shafts_of
-from cabledrive.mechanics.rest import irvine_parameter, rest_state
+from cabledrive.mechanics.network.rest_forces import irvine_parameter
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described, figure
 from cabledrive.parameters.route.drive import require_two_pulleys

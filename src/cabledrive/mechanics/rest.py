@@ -6,109 +6,21 @@ Between two joints the cable is an elastic catenary. With the force :math:`\math
 .. math:: \mathbf F' = -\rho_0\,\mathbf g, \qquad
           \mathbf r' = \frac{\mathbf F}{EA} + \frac{\mathbf F}{|\mathbf F|}.
 
-`cabledrive.mechanics.rest_forces` solves it.
+`cabledrive.mechanics.network.rest_forces` solves it.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, Statics, quadrature_points
+from cabledrive.mechanics.network.motion import Motion
+from cabledrive.mechanics.network.rest_forces import RestingStretch
+from cabledrive.mechanics.network.statics import at_rest
 from cabledrive.parameters import Drive
-from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
-
-
-@described
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RestingStretch:
-    """One piece of cable between neighbouring joints, at rest."""
-
-    span: str = meaning('one of "upper", "lower"')
-    start: float = meaning("unstretched position from the pulley where the span starts [m]")
-    end: float = meaning("the same of its end [m]")
-    force: tuple[float, float] = meaning(
-        "force at the start, along and across (downwards) the line of the pulleys [N]"
-    )
-    load: tuple[float, float] = meaning("weight per unstretched length, along and across [N/m]")
-    axial_rigidity: float = meaning("EA [N]")
-
-    def force_at(self, positions: Array) -> Array:
-        """Force along and across, by the part ahead on the part behind.
-
-        Parameters
-        ----------
-        positions : ndarray, shape (p,)
-            Unstretched positions [m].
-
-        Returns
-        -------
-        ndarray, shape (2, p)
-            [N].
-        """
-        below = np.asarray(positions, dtype=float) - self.start
-        return np.array(self.force)[:, None] - np.outer(self.load, below)
-
-    def tension_at(self, positions: Array) -> Array:
-        """Tension of the cable; negative where a cable without load across would have to push.
-
-        Parameters
-        ----------
-        positions : ndarray, shape (p,)
-            Unstretched positions [m].
-
-        Returns
-        -------
-        ndarray, shape (p,)
-            [N].
-        """
-        along, across = self.force_at(positions)
-        if self.force[1] == 0.0 == self.load[1]:
-            return np.asarray(along)
-        return np.hypot(along, across)
-
-    @property
-    def length(self) -> float:
-        """Unstretched length [m]."""
-        return self.end - self.start
-
-    @property
-    def tensions(self) -> tuple[float, float]:
-        """Tension at start and end [N]."""
-        first, last = self.tension_at(np.array([self.start, self.end]))
-        return float(first), float(last)
-
-    @property
-    def lowest_tension(self) -> float:
-        """Lowest tension on the stretch [N]."""
-        load = np.array(self.load)
-        weight = float(load @ load)
-        turn = float(load @ np.array(self.force)) / weight if weight else 0.0
-        return float(self.tension_at(self.start + np.clip([0.0, turn, self.length], 0.0, self.length)).min())
-
-    @property
-    def mean_tension(self) -> float:
-        """Mean tension over the unstretched length [N]."""
-        return float(self.tension_at(self._points()).reshape(PANELS, -1).mean(axis=0) @ WEIGHTS) / 2.0
-
-    @property
-    def gradient(self) -> float:
-        """Mean rise of the tension per unstretched metre [N/m]."""
-        first, last = self.tensions
-        return (last - first) / self.length
-
-    @property
-    def travel_time(self) -> float:
-        """Time that a transverse wave takes from end to end [s]; infinite where the stretch is slack."""
-        tension = self.tension_at(self._points())
-        if tension.min() <= 0.0:
-            return float("inf")
-        slowness = np.sqrt(1.0 / tension + 1.0 / self.axial_rigidity)
-        return self.length * float(slowness.reshape(PANELS, -1).mean(axis=0) @ WEIGHTS) / 2.0
-
-    def _points(self) -> Array:
-        return self.start + self.length * quadrature_points()
+from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 
 
 @described
@@ -192,30 +104,47 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
 
 @lru_cache(maxsize=64)
 def _kept_state(drive: Drive, at_torque: float) -> RestState:
-    statics = Statics(drive, at_torque)
-    return _state(drive, statics, statics.solve())
-
-
-def _state(drive: Drive, statics: Statics, start: Array) -> RestState:
-    """Name what was found."""
-    parts: dict[int, list[RestingStretch]] = {}
-    for piece, force in zip(statics.pieces, start.tolist(), strict=True):
-        stretch = RestingStretch(
-            span=drive.spans[piece.span],
-            start=piece.start,
-            end=piece.end,
-            force=(force[0], force[1]),
-            load=(float(piece.load[0]), float(piece.load[1])),
-            axial_rigidity=drive.cable.axial_rigidity,
-        )
-        parts.setdefault(piece.section, []).append(stretch)
+    radius = drive.drive_pulley.radius  # of both: the line of the pulleys is that of the spans
+    machine = as_machine(replace(drive, pulley=tuple(replace(own, radius=radius) for own in drive.pulley)))
+    driven, load = NAMES
+    motion, torques = Motion(machine, hold=(driven,)), {}
+    if at_torque and not drive.load_pulley.fixed:
+        torques = {NAMES.index(load): at_torque}
+    stretches, _ = at_rest(machine, motion, torques)
+    if at_torque and drive.load_pulley.fixed:
+        # the drive pulley turns until its torque is that of rest and the given one
+        torque = -_holding_torque(drive, stretches) - at_torque
+        if drive.kind == "line":
+            torque += radius * drive.cable.pretension
+        stretches, _ = at_rest(machine, Motion(machine), {NAMES.index(driven): torque})
     sections = tuple(
-        RestingSection(span=part[0].span, stretches=tuple(part), sag=_sag(part)) for part in parts.values()
+        own
+        for span, pieces in zip(drive.spans, stretches, strict=True)
+        for own in _sections(drive, span, pieces)
     )
-    first = start[[piece.start == 0.0 for piece in statics.pieces], 0]
-    behind = first[1] - statics.fall[1] if first.size > 1 else drive.cable.pretension
-    torque = -float(first[0] - behind) * drive.drive_pulley.radius
-    return RestState(sections=sections, holding_torque=torque)
+    return RestState(sections=sections, holding_torque=_holding_torque(drive, stretches))
+
+
+def _holding_torque(drive: Drive, stretches: Sequence[Sequence[RestingStretch]]) -> float:
+    """Torque on the drive pulley that balances it [N m]."""
+    behind = drive.cable.pretension
+    if len(stretches) > 1:
+        behind = stretches[1][-1].end_force[0]
+    return -(stretches[0][0].force[0] - behind) * drive.drive_pulley.radius
+
+
+def _sections(drive: Drive, span: str, pieces: Sequence[RestingStretch]) -> Iterator[RestingSection]:
+    """What hangs between held places of a span; across the span of a machine is upwards on the upper one."""
+    down, own, start = -1.0 if span == "upper" else 1.0, list[RestingStretch](), 0.0
+    for piece, carriage in zip(pieces, (*drive.carriages_on(span), None), strict=True):
+        end = drive.span_length if carriage is None else carriage.position
+        (along, across), (weight, load) = piece.force, piece.load
+        force, load_down = (along, down * across + 0.0), (weight, down * load + 0.0)
+        own.append(replace(piece, span=span, start=start, end=end, force=force, load=load_down))
+        start = end
+        if carriage is None or carriage.guided:
+            yield RestingSection(span=span, stretches=tuple(own), sag=_sag(own))
+            own = []
 
 
 def _sag(stretches: list[RestingStretch]) -> float:
@@ -232,22 +161,3 @@ def _sag(stretches: list[RestingStretch]) -> float:
         deep = fallen + np.concatenate(([0.0], np.cumsum(steps)))
         fallen, deepest = float(deep[-1]), max(deepest, float(np.abs(deep).max()))
     return deepest
-
-
-def irvine_parameter(stiffness: float, tension: float, mean_squared_shear: float) -> float:
-    r"""Irvine's parameter: how much the sag stiffens the string, for any distribution of weight.
-
-    .. math:: \lambda^2 = \frac{12\,K\,\overline{V^2}}{T^3}
-
-    With q alone, :math:`\overline{V^2} = (q l)^2/12`, this is the usual :math:`(q l/T)^2\,K/T`. A string
-    is straight while it is far below 1; at :math:`4\pi^2` the first symmetric mode in the plane of sag has
-    risen to the frequency of the first antisymmetric one.
-
-    ``stiffness``: force per strain K of the string [N]; ``tension``: along it, T [N];
-    ``mean_squared_shear``: mean of the squared transverse force V [N^2].
-
-    References
-    ----------
-    .. [1] H. M. Irvine, *Cable Structures*, MIT Press, 1981, chapters 2 and 3.
-    """
-    return 12.0 * stiffness * mean_squared_shear / tension**3

@@ -22,8 +22,8 @@ from cabledrive.mechanics.holding import (
     held_joints,
     motor_condition,
 )
-from cabledrive.mechanics.rest import RestingSection, RestingStretch, rest_state
-from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
+from cabledrive.mechanics.network.rest_forces import PANELS, WEIGHTS, RestingStretch, quadrature_points
+from cabledrive.mechanics.rest import RestingSection, rest_state
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.rows import MASS, SPRING, Array

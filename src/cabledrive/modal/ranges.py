@@ -13,7 +13,7 @@ import numpy as np
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.hanging import hanging_elements, irvine_parameters
 from cabledrive.mechanics.network.motion import ACROSS, ALONG
-from cabledrive.mechanics.network.pieces import Element, Hanging, wrap_at
+from cabledrive.mechanics.network.pieces import Element, Piece, wrap_at
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.motion import Mode
@@ -265,7 +265,7 @@ def hanging_limit(network: Network, elements: Mapping[int, Element], listed: Seq
     return None
 
 
-def slope_error(hanging: Hanging, tension: float) -> float:
+def slope_error(hanging: Piece, tension: float) -> float:
     r"""Relative error of a frequency by shallow sag, an estimate: :math:`\theta^2 + \min(g, 1)\,T/EA`.
 
     :math:`\theta` is the steepest slope against the chord, :math:`g = \sqrt 8\,\lambda/\pi^2` the coupling of
@@ -273,7 +273,7 @@ def slope_error(hanging: Hanging, tension: float) -> float:
     their catenaries, 100 random machines, the largest error found is 0.96 of it.
     """
     coupling = np.sqrt(8.0 * hanging.irvine) / np.pi**2
-    strain = tension / hanging.piece.rope.axial_rigidity
+    strain = tension / hanging.rope.axial_rigidity
     return float(np.abs(hanging.end_slopes).max() ** 2 + min(coupling, 1.0) * strain)
 
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.rest_forces import PANELS, WEIGHTS, quadrature_points
+from cabledrive.mechanics.network.rest_forces import PANELS, WEIGHTS, quadrature_points
 from cabledrive.modal.batch import LoopBatch
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel

@@ -323,8 +323,8 @@ def _doubts_of_routes(drive: RoutedDrive, motion: PlannedMotion, path: RoutePath
         machine = posed(drive, pose) if pose else drive
         rest = statics_of(machine)
         for number, span in enumerate(machine.free_spans):
-            across = abs(float(rest.line_load[number] @ np.array(span.across)))
-            own = across * span.length**2 / (8.0 * float(rest.mean[number]))
+            weight = abs(rest.stretches[number][0].load[1]) * rest.stretches[number][-1].end  # across
+            own = weight * span.length / (8.0 * float(rest.mean[number]))
             sag, where = max((sag, where), (own, span.name))
     if sag > SAG_SHARE * limit:
         found.append(f"{where} sags by {1e3 * sag:.3g} mm, and excitation through sag is not computed")

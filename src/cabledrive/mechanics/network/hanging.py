@@ -16,33 +16,11 @@ from dataclasses import replace
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.mechanics.network.motion import gravity
-from cabledrive.mechanics.network.pieces import Element, Hanging, Piece, carriage_at, straight_element
+from cabledrive.mechanics.network.pieces import Element, Piece, straight_element
 from cabledrive.parameters.arrays import Array
 
 STRAIGHT = 5e-7
 r"""Irvine's :math:`\lambda^2` up to which a rope is straight: it moves no frequency by more than 1e-4."""
-
-
-def hanging_pieces(network: Network) -> list[Hanging]:
-    """How pieces of spans hang at rest, in order; a guided carriage on the chord bears them, others hang."""
-    drive, g = network.drive, gravity(network.drive)
-    found: list[Hanging] = []
-    run: list[Hanging] = []
-    for piece in network.pieces:
-        across, end = np.array(piece.where.across), 0.0
-        if run:
-            end = run[-1].shear - run[-1].load * run[-1].piece.length
-            end -= drive.carriage[carriage_at(drive, piece.span, piece.start)].mass * float(g @ across)
-        load = float(network.statics.line_load[piece.span] @ across)
-        run.append(Hanging(piece=piece, shear=end, load=load))
-        if piece.place(False) or drive.carriage[carriage_at(drive, piece.span, piece.end)].guided:
-            # the shear that brings the ends of what hangs between two places of the chord there
-            rise = sum(own.mean(1) * own.piece.length for own in run)
-            unit = sum(replace(own, shear=1.0, load=0.0).mean(1) * own.piece.length for own in run)
-            found += [replace(own, shear=own.shear - rise / unit) for own in run]
-            run = []
-    return found
 
 
 def irvine_parameters(network: Network) -> Array:
@@ -50,36 +28,29 @@ def irvine_parameters(network: Network) -> Array:
 
     Of a span without carriages it is :math:`(q L/T)^2\,EA/T`.
     """
-    return _at_rest(network)[1]
+    irvine = np.zeros(len(network.drive.free_spans))
+    for piece in network.pieces:
+        irvine[piece.span] = max(irvine[piece.span], piece.irvine)
+    return irvine
 
 
 def hanging_elements(network: Network) -> dict[int, Element]:
     """Elements of the pieces that hang, Eq. (N.13), by the number of the piece; none of ropes that run."""
-    hanging, irvine = _at_rest(network)
-    found: dict[int, Element] = {}
-    for number, (piece, own) in enumerate(zip(network.pieces, hanging, strict=False)):
+    irvine, found = irvine_parameters(network), dict[int, Element]()
+    for number, piece in enumerate(network.pieces):
         if irvine[piece.span] <= STRAIGHT or piece.route.speed:
             continue
         straight = straight_element(network.drive, piece)
-        near, far = own.end_slopes.tolist()
+        near, far = piece.end_slopes.tolist()
         before, after = _shift(piece, True, near), -_shift(piece, False, far)
         found[number] = replace(
             straight,
             length=straight.length + before + after,
             before=straight.before + before,
-            hanging=own,
+            hanging=piece,
             along=piece.length + before + after,
         )
     return found
-
-
-def _at_rest(network: Network) -> tuple[list[Hanging], Array]:
-    """How the pieces of all spans hang, none without gravity, and Irvine's parameter of each span."""
-    irvine = np.zeros(len(network.drive.free_spans))
-    hanging = hanging_pieces(network) if network.drive.layout.gravity else []
-    for own in hanging:
-        irvine[own.piece.span] = max(irvine[own.piece.span], own.irvine)
-    return hanging, irvine
 
 
 def _shift(piece: Piece, start: bool, turned: float) -> float:

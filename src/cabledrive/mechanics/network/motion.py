@@ -9,21 +9,18 @@ radius r moves by
 along and across the span; :math:`J_c` is the motion of the body that carries it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Set
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import FREE, HELD, checked_condition
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import FreeSpan, Place, Point
+from cabledrive.parameters.route.geometry import Place, Point
 
 ALONG, ACROSS, OUT_OF_PLANE = "along", "across", "out of plane"
 AT_REST = 1e-9
@@ -167,24 +164,14 @@ def _clean(row: Array) -> Array:
     return np.where(np.abs(row) > AT_REST * np.maximum(1.0, np.abs(row).max(initial=0.0)), row, 0.0)
 
 
-_BALANCED = 1e-6
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-
-
 def gravity(drive: RoutedDrive) -> Array:
     """Gravity in the plane of the machine, shape (2,) [m/s^2]."""
     slope = drive.layout.inclination
     return -drive.layout.gravity * np.array([np.sin(slope), np.cos(slope)])
 
 
-def sections_of(drive: RoutedDrive) -> list[list[int]]:
-    """Numbers of the free spans of each section, in order of travel."""
-    visits = [place.pulley for places in drive.places for place in places if place.pulley is not None]
-    passing = {
-        number
-        for number, pulley in enumerate(drive.pulley)
-        if not pulley.fixed and number not in drive.driven and visits.count(number) == 1
-    }
+def sections_of(drive: RoutedDrive, passing: Set[int]) -> list[list[int]]:
+    """Numbers of the free spans of each section, in order; ``passing``: pulleys that pass a tension on."""
     found: list[list[int]] = []
     for route, data in enumerate(drive.route):
         own = [number for number, span in enumerate(drive.free_spans) if span.route == route]
@@ -196,101 +183,3 @@ def sections_of(drive: RoutedDrive) -> list[list[int]]:
             breaks.insert(0, 0)
         found += [own[i:j] for i, j in zip(breaks, [*breaks[1:], len(own)], strict=True)]
     return found
-
-
-def section_numbers(walks: list[list[int]], spans: int) -> NDArray[np.intp]:
-    """Number of the section of each span."""
-    section = np.zeros(spans, dtype=np.intp)
-    for number, walk in enumerate(walks):
-        section[walk] = number
-    return section
-
-
-class Offsets:
-    """What the tensions of the sections leave open: weights of ropes and carriages along every span.
-
-    ``constant`` and ``unit``, shape (spans, 2, 2): forces at both ends without and per unit of section
-    tension; ``start``, ``end``, (spans,): tension without it; ``flow``: momentum of a rope that runs [N];
-    ``samples``, (5, points): span, number of what hangs together, length [m], tension without that of the
-    section and shear [N] at points along all spans.
-    """
-
-    def __init__(self, drive: RoutedDrive, walks: list[list[int]], strain: Array) -> None:
-        n, g = len(drive.free_spans), gravity(drive)
-        self.start, self.end, self.flow = np.zeros((3, n))
-        self.line_load = np.zeros((n, 2))
-        self.constant, self.unit = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
-        samples: list[tuple[float, ...]] = []
-        for walk in walks:
-            tension = 0.0  # from the start of the section on, without that of the section
-            for number in walk:
-                span = drive.free_spans[number]
-                rope, route = drive.ropes[span.route], drive.route[span.route]
-                along, across = np.array(span.along), np.array(span.across)
-                density = rope.density / (1.0 + float(strain[number]))
-                load, hung = density * g, _carried(drive, number, span, g)
-                self.start[number], self.line_load[number] = tension, load
-                self.flow[number] = momentum = density * route.speed**2
-                weights = float(load @ along), float(load @ across)
-                first = samples[-1][1] + 1 if samples else 0
-                samples += [(number, first + run, *own) for run, *own in _sampled(weights, tension, hung)]
-                hanging = weights[1] * span.length / 2.0
-                total_across = sum(own.across for own in hung)
-                moment_across = sum(own.across * own.place / span.length for own in hung)
-                push = (tension - momentum) * along + (hanging + total_across - moment_across) * across
-                tension = tension - weights[0] * span.length - sum(own.along for own in hung)
-                back = -(tension - momentum) * along + (hanging + moment_across) * across
-                self.end[number] = tension
-                self.constant[number] = route.ropes * np.array((push, back))
-                self.unit[number] = route.ropes * np.array((along, -along))
-            self._check_closed(drive, walk, tension)
-        self.samples = np.array(samples).T
-
-    def _check_closed(self, drive: RoutedDrive, walk: list[int], reached: float) -> None:
-        """Where a rope runs round free pulleys alone, nothing holds weights that pull it one way."""
-        first, last = drive.free_spans[walk[0]], drive.free_spans[walk[-1]]
-        driven = first.start.pulley in drive.driven or first.start.sense == 0
-        if not drive.route[first.route].closed or driven or drive.pulley[first.start.pulley or 0].fixed:
-            return
-        if last.end == first.start and abs(reached) > _BALANCED * (1.0 + np.abs(self.end[walk]).max()):
-            raise InputRefused(
-                f'route "{drive.route[first.route].name}": no static solution, weights on it pull '
-                f"{abs(reached):.4g} "
-                "N one way and every pulley turns freely: drive a pulley by [[motor]], or fix one"
-            )
-
-
-class Hung(NamedTuple):
-    """A carriage of a span, or one of its ends, where it is held across."""
-
-    place: float  # [m]
-    along: float  # weight along the span [N]
-    across: float  # that the rope carries
-    held: bool
-
-
-def _carried(drive: RoutedDrive, number: int, span: FreeSpan, g: Array) -> list[Hung]:
-    """Ends and carriages of a span, in order."""
-    found = [Hung(0.0, 0.0, 0.0, True), Hung(span.length, 0.0, 0.0, True)]
-    for carriage, (own, place) in zip(drive.carriage, drive.carriage_places, strict=True):
-        if own == number:
-            along, across = (carriage.mass * float(g @ np.array(way)) for way in (span.along, span.across))
-            found.append(Hung(place, along, 0.0 if carriage.guided else across, carriage.guided))
-    return sorted(found)
-
-
-def _sampled(load: tuple[float, float], tension: float, hung: list[Hung]) -> Iterator[tuple[float, ...]]:
-    """Part between held places, length, tension and shear at points of a span; ``load``: per metre [N/m]."""
-    shear, run = 0.0, -1
-    for number, (near, far) in enumerate(pairwise(hung)):
-        if near.held:  # the moments of what hangs between two places of the chord cancel
-            run += 1
-            last = next(i for i in range(number + 1, len(hung)) if hung[i].held)
-            length = hung[last].place - near.place
-            moment = sum(own.across * (hung[last].place - own.place) for own in hung[number + 1 : last])
-            shear = 0.5 * load[1] * length + moment / length
-        length = far.place - near.place
-        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
-            at = 0.5 * (1.0 + float(node)) * length
-            yield run, 0.5 * float(weight) * length, tension - load[0] * at, shear - load[1] * at
-        tension, shear = tension - load[0] * length - far.along, shear - load[1] * length - far.across

@@ -15,9 +15,9 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, gravity
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion
+from cabledrive.mechanics.network.rest_forces import RestingStretch, irvine_parameter
 from cabledrive.mechanics.network.statics import Statics
-from cabledrive.mechanics.rest import irvine_parameter
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.errors import InputRefused
@@ -31,8 +31,7 @@ class Piece:
     span: int  # number of the free span
     start: float  # pretensioned, from the start of the span [m]
     end: float  # the same [m]
-    start_tension: float  # of one rope [N]
-    end_tension: float  # of one rope [N]
+    rest: RestingStretch  # one rope
     rows: dict[str, tuple[Array, Array]]  # motion of its start and its end by direction, each shape (n,)
     where: FreeSpan
     route: Route
@@ -42,6 +41,40 @@ class Piece:
     def length(self) -> float:
         """Length under tension [m]."""
         return self.end - self.start
+
+    @property
+    def start_tension(self) -> float:
+        """Tension at its start [N]."""
+        return self.rest.tensions[0]
+
+    @property
+    def end_tension(self) -> float:
+        """Tension at its end [N]."""
+        return self.rest.tensions[1]
+
+    def slope(self, x: NDArray[np.float64]) -> Array:
+        """Slope against the chord; ``x`` [m] from its start, any shape."""
+        along, across = self.rest.force_at(self._place(x)).reshape(2, *np.shape(x))
+        return np.asarray(across / along)
+
+    def tension(self, x: NDArray[np.float64]) -> Array:
+        """Tension [N]; ``x`` [m] from its start, any shape."""
+        return self.rest.tension_at(self._place(x)).reshape(np.shape(x))
+
+    def _place(self, x: NDArray[np.float64]) -> Array:
+        return self.rest.start + np.ravel(x) / self.length * self.rest.length
+
+    @property
+    def end_slopes(self) -> Array:
+        """Slope against the chord at its start and its end, the steepest of a piece, shape (2,)."""
+        return self.slope(np.array([0.0, self.length]))
+
+    @property
+    def irvine(self) -> float:
+        r"""Irvine's :math:`\lambda^2` of its slopes."""
+        tension = 0.5 * (self.start_tension + self.end_tension)
+        square = float(0.5 * _WEIGHTS @ self.slope(0.5 * self.length * (1.0 + _POINTS)) ** 2)
+        return irvine_parameter(self.rope.axial_rigidity, tension, tension**2 * square)
 
     def place(self, start: bool) -> Place | None:
         """Anchor or pulley at one end; None: a carriage."""
@@ -53,7 +86,6 @@ class Piece:
 def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
     """Pieces of all free spans in order; refused: two carriages at one place, a slack piece."""
     drive = motion.drive
-    g = gravity(drive)
     found = []
     for number, span in enumerate(drive.free_spans):
         u, w = zip(
@@ -61,78 +93,41 @@ def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
             strict=True,
         )
         rest = np.zeros(len(motion.names))
-        joints = [(0.0, {ALONG: u[0], ACROSS: w[0], OUT_OF_PLANE: rest}, 0.0)]
+        joints = [(0.0, {ALONG: u[0], ACROSS: w[0], OUT_OF_PLANE: rest})]
         own = [(place, i) for i, (at, place) in enumerate(drive.carriage_places) if at == number]
         for place, i in sorted(own):
             name = motion.carriage_name(i)
-            rows = {way: motion.unit(f"{name} {way}") for way in (ALONG, ACROSS, OUT_OF_PLANE)}
-            joints.append((place, rows, drive.carriage[i].mass * float(g @ np.array(span.along))))
-        joints.append((span.length, {ALONG: u[1], ACROSS: w[1], OUT_OF_PLANE: rest}, 0.0))
-        tension = float(statics.start[number])
-        slope = -float(statics.line_load[number] @ np.array(span.along))
-        for (start, near, weight), (end, far, _) in pairwise(joints):
+            joints.append(
+                (place, {way: motion.unit(f"{name} {way}") for way in (ALONG, ACROSS, OUT_OF_PLANE)})
+            )
+        joints.append((span.length, {ALONG: u[1], ACROSS: w[1], OUT_OF_PLANE: rest}))
+        for own_rest, ((start, near), (end, far)) in zip(
+            statics.stretches[number], pairwise(joints), strict=True
+        ):
             if end - start <= 1e-9 * span.length:
                 raise InputRefused(
                     f"two carriages share a place on span {span.name}: add the masses or move one"
                 )
-            tension -= weight
-            after = tension + slope * (end - start)
-            if min(tension, after) <= 0.0:
-                said = f"span {span.name}: its tension at rest falls to {min(tension, after):.4g} N"
+            if own_rest.lowest_tension <= 0.0:
+                said = f"span {span.name}: its tension at rest falls to {own_rest.lowest_tension:.4g} N"
                 raise InputRefused(f"{said}: raise pretension")
             found.append(
                 Piece(
                     span=number,
                     start=start,
                     end=end,
-                    start_tension=tension,
-                    end_tension=after,
+                    rest=own_rest,
                     rows={way: (near[way], far[way]) for way in (ALONG, ACROSS, OUT_OF_PLANE)},
                     where=span,
                     route=drive.route[span.route],
                     rope=drive.ropes[span.route],
                 )
             )
-            tension = after
     return found
 
 
 EVEN = 5e-6
 """Change of the tension along a piece, relative, below which it is even: (EVEN)^2/300 of a frequency."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Hanging:
-    """A piece of rope at rest that hangs."""
-
-    piece: Piece
-    shear: float  # force across the chord at its start [N]
-    load: float  # weight across the chord per metre [N/m]
-
-    def tension(self, x: NDArray[np.float64]) -> Array:
-        """Tension [N]; ``x`` [m] from its start, any shape."""
-        first, last = self.piece.start_tension, self.piece.end_tension
-        return np.asarray(first + (last - first) * x / self.piece.length)
-
-    def slope(self, x: NDArray[np.float64]) -> Array:
-        """Slope against the chord; ``x`` [m] from its start, any shape."""
-        return np.asarray((self.shear - self.load * x) / self.tension(x))
-
-    @property
-    def end_slopes(self) -> Array:
-        """Slope against the chord at its start and its end, the steepest of a piece, shape (2,)."""
-        return self.slope(np.array([0.0, self.piece.length]))
-
-    def mean(self, power: int) -> float:
-        """Mean of a power of the slope."""
-        x = 0.5 * self.piece.length * (1.0 + _POINTS)
-        return float(0.5 * _WEIGHTS @ self.slope(x) ** power)
-
-    @property
-    def irvine(self) -> float:
-        r"""Irvine's :math:`\lambda^2` of its slopes."""
-        tension = 0.5 * (self.piece.start_tension + self.piece.end_tension)
-        return irvine_parameter(self.piece.rope.axial_rigidity, tension, tension**2 * self.mean(2))
 
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
@@ -150,7 +145,7 @@ class Element:
     axial_rigidity: float  # EA [N]
     bending: float  # EI [N m^2]; 0: a string
     # its piece at rest, from tangent point to tangent point of a straight rope
-    hanging: Hanging | None = None
+    hanging: Piece | None = None
     along: float = 0.0  # length where it is stretched, of one that hangs, lift-off by bending left out [m]
 
     @property

@@ -25,9 +25,9 @@ def span_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
         tension = float(statics.mean[number])
         largest = float(max(statics.start[number], statics.end[number]))
         rigidity = rope.axial_rigidity
-        # Irvine's lambda^2 of a rope, by the weight across it per metre
-        across = abs(float(statics.line_load[number] @ np.array(span.across)))
-        irvine = (across * span.length / tension) ** 2 * rigidity / tension
+        # Irvine's lambda^2 of a rope, by the weight across it
+        across = abs(statics.stretches[number][0].load[1]) * statics.stretches[number][-1].end
+        irvine = (across / tension) ** 2 * rigidity / tension
         rows.append(
             {
                 "name": span.name,

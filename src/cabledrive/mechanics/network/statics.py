@@ -1,36 +1,30 @@
 r"""A machine at rest: its tensions, bodies that turn under them, pulleys that they would turn.
 
 A section is a piece of a route along which the tension is passed on: between clamps, drums, guides, driven
-pulleys, and pulleys that several ropes turn. Its tension grows against gravity by :math:`\rho g` per metre of
-height. Unknown is one tension a section; each coordinate of a body without a spring must be in balance. A
-pretension is that of the straight, weightless machine, whose unstretched lengths the ropes keep. With n
-ropes, mean tensions T of the spans and the shear V of what hangs on them the tensions are those of the least
-complementary energy, of shallow sag,
-
-.. math:: \sum_{spans} n \int \frac{(T - T_0)^2}{2EA} + \frac{V^2}{2(T - \rho v^2)}\,dx \to \min .
-          \qquad \text{Eq. (N.10)}
-
-A drum at the end of a rope that nothing drives keeps its torque, so that the tension there stays.
+pulleys, and pulleys that several ropes turn. Its tension grows against gravity by the weight of its rope.
+Each coordinate of a body without a spring must be in balance. A pretension is that of the straight,
+weightless machine, whose unstretched lengths the ropes keep (`cabledrive.mechanics.network.rest_forces`);
+bodies are where the file has them. A drum at the end of a rope that nothing drives keeps its torque, so that
+the tension there stays.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.motion import Motion, Offsets, gravity, section_numbers, sections_of
+from cabledrive.mechanics.network.motion import Motion, gravity, sections_of
+from cabledrive.mechanics.network.rest_forces import SINGULAR, RestingStretch, Ropes, solved
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import Point
+from cabledrive.parameters.route.geometry import Place, Point
 
 _BALANCED = 1e-6
-_SINGULAR = 1e-10
 _ROUND_OFF = 1e-12
-_ROUNDS = 4
-_STEPS, _SETTLED = 100, 1e-13
 
 
 @described
@@ -38,9 +32,9 @@ _STEPS, _SETTLED = 100, 1e-13
 class Statics:
     """Forces of a machine at rest."""
 
+    stretches: tuple[tuple[RestingStretch, ...], ...] = meaning("one rope of each span, cut at carriages")
     start: Array = meaning("(spans,): tension of one rope at the start of each free span [N]")
     end: Array = meaning("(spans,): at its end [N]")
-    line_load: Array = meaning("(spans, 2): weight of one rope per metre [N/m]")
     forces: Array = meaning(
         "(spans, 2, 2): force of all parallel ropes of a span on what carries its start and its end [N]"
     )
@@ -72,38 +66,36 @@ def statics_of(drive: RoutedDrive) -> Statics:
     NotComputed
         If none are found.
     """
-    motion = Motion(drive)
-    walks = sections_of(drive)
-    sections, count = section_numbers(walks, len(drive.free_spans)), len(walks)
-    strain = np.zeros(len(drive.free_spans))
-    pulls = Pulls.of(drive, motion)
-    weightless = drive.layout.gravity == 0.0 and not any(route.speed for route in drive.route)
-    for _ in range(1 if weightless else _ROUNDS):  # the weight of a rope depends on its strain, slightly
-        offsets = Offsets(drive, walks, strain)
-        tension = _balanced(drive, motion, pulls, sections, count, offsets)
-        start = tension[sections] + offsets.start
-        end = tension[sections] + offsets.end
-        rigidity = np.array([drive.ropes[span.route].axial_rigidity for span in drive.free_spans])
-        strain = 0.5 * (start + end) / rigidity
-    for number, span in enumerate(drive.free_spans):
-        lowest = min(start[number], end[number])
+    motion = Motion(drive, hold=tuple(drive.pulley[i].name for i in drive.driven))
+    stretches, total = at_rest(drive, motion)
+    for span, own in zip(drive.free_spans, stretches, strict=True):
+        lowest = min(one.pull for one in own)
         if not lowest > 0.0:
             said = f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push"
             raise InputRefused(f"{said}: raise pretension, or change masses and loads")
-    forces = offsets.constant + tension[sections][:, None, None] * offsets.unit
-    total = applied_forces(drive, motion) + pulls.forces(forces)
+    frames = np.array([(span.along, span.across) for span in drive.free_spans])
     sprung = {body.name for body in drive.body if body.stiffness > 0.0}
     return Statics(
-        start=start,
-        end=end,
-        line_load=offsets.line_load,
-        forces=forces,
+        stretches=stretches,
+        start=np.array([own[0].tensions[0] for own in stretches]),
+        end=np.array([own[-1].tensions[1] for own in stretches]),
+        forces=np.einsum("sea,sax->sex", _end_forces(drive, stretches), frames.reshape(-1, 2, 2)),
         preload={
             name: -float(force)
             for name, force in zip(motion.names, total, strict=True)
             if name.rpartition(".")[0] in sprung
         },
     )
+
+
+def _end_forces(drive: RoutedDrive, stretches: Sequence[Sequence[RestingStretch]]) -> Array:
+    """Force of all parallel ropes on both ends of each span, along and across it, (spans, 2, 2) [N]."""
+    found = np.zeros((len(stretches), 2, 2))
+    for number, (span, own) in enumerate(zip(drive.free_spans, stretches, strict=True)):
+        found[number, 0] = own[0].force
+        found[number, 1] = np.negative(own[-1].end_force)
+        found[number] *= drive.route[span.route].ropes
+    return found
 
 
 def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
@@ -116,164 +108,164 @@ def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
     return total
 
 
-@dataclass(frozen=True, eq=False)
-class Pulls:
-    """How the coordinates of bodies move the ends of all spans."""
+def at_rest(
+    drive: RoutedDrive, motion: Motion, torques: Mapping[int, float] | None = None
+) -> tuple[tuple[tuple[RestingStretch, ...], ...], Array]:
+    """One rope of each span at rest, and the force on each coordinate that no spring holds yet, (n,).
 
-    ends: Array  # (spans, 2 ends, 2 directions, n): motion of what carries the ends: the centres of pulleys
-    shafts: Array
-    """(spans, 2 ends, n): motion of the shafts that take the moment of each end, per unit tension."""
-    along: Array  # (spans, 2): directions of travel
+    Pulleys that ``motion`` holds hand the moment of their rope to what carries them; ``torques``: on pulleys,
+    on top of what stands there [N m].
+    """
+    torques, spans, names = torques or {}, drive.free_spans, motion.names
+    visits = [place.pulley for places in drive.places for place in places]
+    turning = {number for number in range(len(drive.pulley)) if motion.turns(number)}
+    ends = {drum for drum, _, _ in _standing(drive)}
+    several = {i for i in turning if visits.count(i) > 1 or (i in torques and i not in ends)}
+    sections = sections_of(drive, turning - several)
+    ropes = _ropes(drive, sections, torques)
+    carriers = np.array(
+        [[motion.end_rows(at, own.along, own.across) for at in (own.start, own.end)] for own in spans]
+    ).reshape(len(spans), 2, 2, len(names))
+    first = np.array([np.flatnonzero(ropes.span == i)[0] for i in range(len(spans))], dtype=np.intp)
+    last = first + np.bincount(ropes.span) - 1
+    parallel = ropes.ropes[first]
+    applied = applied_forces(drive, motion)
+    for number, torque in torques.items():
+        applied += torque * motion.angle(number)
 
-    @classmethod
-    def of(cls, drive: RoutedDrive, motion: Motion) -> "Pulls":
-        """Of a machine: guides and driven pulleys hand the moment of the rope to what carries them."""
-        spans, n = drive.free_spans, len(motion.names)
-        ends, shafts = np.zeros((len(spans), 2, 2, n)), np.zeros((len(spans), 2, n))
-        for number, span in enumerate(spans):
-            for end, (place, sign) in enumerate(((span.start, 1.0), (span.end, -1.0))):
-                body, pulley = motion.body_of(place), place.pulley
-                if body is None:
-                    continue
-                ends[number, end] = motion.point(place.centre, body)
-                if pulley is not None and (drive.pulley[pulley].fixed or pulley in drive.driven):
-                    shafts[number, end] = sign * place.sense * place.radius * motion.rotation(body)
-        return cls(ends, shafts, np.array([span.along for span in spans]))
+    def ends_of(start: Array, drop: Array) -> Array:
+        """Force on the coordinates, (n,), by that at the start of each piece, (p, 2)."""
+        both = np.stack((start[first], drop[last] - start[last]), axis=1) * parallel[:, None, None]
+        return np.einsum("sea,sean->n", both, carriers)
 
-    def forces(self, forces: Array) -> Array:
-        """Forces of the ropes on the coordinates of bodies, shape (n,); ``forces``, shape (spans, 2, 2)."""
-        pull = np.einsum("sei,si,e->se", forces, self.along, np.array((1.0, -1.0)))
-        n = self.ends.shape[-1]
-        return np.asarray(
-            forces.reshape(-1) @ self.ends.reshape(-1, n) + pull.reshape(-1) @ self.shafts.reshape(-1, n)
+    bodies = {body.name for body in drive.body if body.stiffness == 0.0}
+    shared = {drive.pulley[i].name for i in several}
+    rows = [i for i, name in enumerate(names) if name in shared or name.rpartition(".")[0] in bodies]
+    along, across = np.zeros((len(names), len(sections))), np.zeros((len(names), ropes.hangs.size))
+    bound = np.zeros_like(along)
+    for i, section in enumerate(ropes.section[first]):
+        share = parallel[i] * carriers[i, :, 0] * np.array(((1.0,), (-1.0,)))
+        along[:, section] += share.sum(axis=0)
+        bound[:, section] += np.abs(share).sum(axis=0)
+        across[:, ropes.run[first[i]]] += parallel[i] * carriers[i, 0, 1]
+        across[:, ropes.run[last[i]]] -= parallel[i] * carriers[i, 1, 1]
+    along[np.abs(along) <= _ROUND_OFF * bound] = 0.0  # round-off times 1e19 N would hold a motion
+    across[:, ~ropes.hangs] = 0.0
+
+    def rest(now: Ropes) -> Array:
+        """What the ropes must add to each balance."""
+        return -(applied + ends_of(now.fallen, now.drop))[rows]
+
+    _refuse_open(drive, ropes, along[rows], turning - several)
+    ropes, tension, shear = solved(ropes, along[rows], across[rows], rest)
+    for row, wanted in zip(rows, (rest(ropes) - across[rows] @ shear).tolist(), strict=True):
+        pulls = along[row] * tension
+        if abs(wanted - pulls.sum()) > _BALANCED * max(abs(wanted) + np.abs(pulls).sum(), 1e-9):
+            _refuse_unbalanced(names[row], wanted - float(pulls.sum()), pulls, wanted)
+    force = ropes.forces(tension, shear)
+    found = tuple(
+        _stretches(span.name, ropes, force, np.arange(a, b + 1))
+        for span, a, b in zip(spans, first.tolist(), last.tolist(), strict=True)
+    )
+    return found, applied + ends_of(force, ropes.drop)
+
+
+def _stretches(name: str, ropes: Ropes, force: Array, own: NDArray[np.intp]) -> tuple[RestingStretch, ...]:
+    """The pieces of a span."""
+    ends = np.append(0.0, ropes.length[own].cumsum()).tolist()
+    return tuple(
+        RestingStretch(
+            span=name,
+            start=start,
+            end=end,
+            force=(float(force[i, 0]), float(force[i, 1])),
+            load=(float(ropes.load[i, 0]), float(ropes.load[i, 1])),
+            axial_rigidity=float(ropes.rigidity[i]),
+            momentum=float(ropes.momentum[i]),
         )
-
-    def bound(self, forces: Array) -> Array:
-        """Force on each coordinate if every rope pulled along its motion, shape (n,); ``forces`` as above."""
-        size = np.linalg.norm(forces, axis=2)[:, :, None]
-        return np.asarray((size * (np.linalg.norm(self.ends, axis=2) + np.abs(self.shafts))).sum(axis=(0, 1)))
+        for i, (start, end) in zip(own.tolist(), pairwise(ends), strict=True)
+    )
 
 
-def _balanced(
-    drive: RoutedDrive,
-    motion: Motion,
-    pulls: Pulls,
-    sections: NDArray[np.intp],
-    count: int,
-    offsets: Offsets,
-) -> Array:
-    """Tensions at the start of the sections that balance every body, the elastic ones, shape (sections,)."""
-    rows = [
-        number
-        for number, name in enumerate(motion.names)
-        for body in drive.body
-        if name.rpartition(".")[0] == body.name and body.stiffness == 0.0
-    ]
-    matrix = np.zeros((len(motion.names), count))
-    for section in range(count):
-        forces = offsets.unit * (sections == section)[:, None, None]
-        share = pulls.forces(forces)
-        # Ropes at right angles to a motion do not hold it: round-off times 1e19 N would.
-        matrix[:, section] = np.where(np.abs(share) > _ROUND_OFF * pulls.bound(forces), share, 0.0)
-    rest = -applied_forces(drive, motion) - pulls.forces(offsets.constant)
-    matrix, rest = matrix[rows], rest[rows]
-    matrix, rest = _with_common_pulleys(drive, sections, offsets, matrix, rest)
-    spans, of_section = drive.free_spans, np.arange(count)[:, None] == sections
-    ropes = [drive.ropes[span.route] for span in spans]
-    given = np.array([np.nan if rope.pretension is None else rope.pretension for rope in ropes])
-    lines = np.array([drive.route[span.route].ropes for span in spans])
-    soft = lines * [span.length / rope.axial_rigidity for span, rope in zip(spans, ropes, strict=True)]
-    number, run = offsets.samples[:2].astype(np.intp)
-    length, beyond, shear = offsets.samples[2:]
-    reference = np.bincount(number, length * beyond) / [span.length for span in spans]
-    unheld = ~np.isnan(given)
-    for last, there in _standing(drive, offsets):
-        own = sections == sections[last]
-        reference[own], unheld[own] = there, False
-    hangs = unheld[number] & (np.bincount(run, shear**2)[run] > 0.0)
-    number, run, length, shear = number[hangs], run[hangs], length[hangs], shear[hangs]
-    at, beyond, size = sections[number], beyond[hangs] - offsets.flow[number], lines[number] * length
-    scale = np.abs(matrix).max(axis=1, initial=0.0)
-    scale[scale == 0.0] = 1.0
-    # Newton's steps along the balance; what the file leaves open is in it, or refused
-    tension = np.zeros(count)
-    tension[sections] = np.where(np.isnan(given), 0.0, given - reference)
-    np.maximum.at(tension, at, 1e-3 * np.abs(shear) - beyond)  # from below, steps lead up
-    for _ in range(_STEPS):
-        pull = tension[at] + beyond
-        # ends of what hangs between two places lie on the chord
-        tilt = np.bincount(run, length * shear / pull) / np.maximum(np.bincount(run, length / pull), 1e-300)
-        square = size * (shear - tilt[run]) ** 2
-        strained = of_section @ (soft * np.nan_to_num(tension[sections] + reference - given))
-        slope = strained - np.bincount(at, 0.5 * square / pull**2, count)
-        curvature = of_section @ soft + np.bincount(at, square / pull**3, count)
-        even = np.sqrt(curvature.max(initial=0.0) / curvature)
-        balance = matrix / scale[:, None] * even
-        inverse = np.linalg.pinv(balance, rcond=_SINGULAR)
-        wanted = tension - slope / curvature
-        full = wanted + even * (inverse @ ((rest - matrix @ wanted) / scale))
-        step = full - tension
-        while np.any(pull + step[at] < 0.1 * pull):
-            step *= 0.5
-        tension = tension + step
-        if not (at.size and np.any(np.abs(step) > _SETTLED * np.abs(tension).max())):
-            break
-    else:  # the balance asks a rope that hangs to push, which is refused by its tension
-        if np.all(full[at] + beyond > 0.0):
-            raise NotComputed(f"no tensions at rest within {_STEPS} steps: raise pretension")
-        tension = full
-    # where the balance leaves a tension open the file must give a pretension
-    open_directions = np.eye(count) - inverse @ balance
-    unknown = np.isin(np.arange(count), sections[np.isnan(given)])
-    for number in np.flatnonzero(unknown).tolist():
-        if np.abs(open_directions[number]).max() > 1e-6:
-            span = drive.free_spans[int(np.flatnonzero(sections == number)[0])]
+def _ropes(drive: RoutedDrive, sections: list[list[int]], torques: Mapping[int, float]) -> Ropes:
+    """Pieces of rope between joints, straight under their pretension."""
+    g, pieces, run = gravity(drive), [], -1
+    for section, walk in enumerate(sections):
+        for number in walk:
+            span, held, start = drive.free_spans[number], True, 0.0
+            rope, route = drive.ropes[span.route], drive.route[span.route]
+            own = [i for i, (at, _) in enumerate(drive.carriage_places) if at == number]
+            pull = np.array((span.along, span.across)) @ g
+            pull[np.abs(pull) <= _ROUND_OFF * np.abs(pull).max()] = 0.0
+            for i in (*sorted(own, key=lambda i: drive.carriage_places[i][1]), None):
+                end = span.length if i is None else drive.carriage_places[i][1]
+                run, held = run + held, i is None or drive.carriage[i].guided
+                jump = (0.0 if i is None else drive.carriage[i].mass) * pull * (1.0, float(not held))
+                tension = np.nan if rope.pretension is None else rope.pretension
+                flow = rope.density * route.speed**2
+                values = end - start, rope.axial_rigidity, route.ropes, flow, tension
+                pieces.append((number, section, run, *values, *(rope.density * pull), *jump))
+                start = end
+    span_of, section_of, run_of, *columns = np.array(pieces).T
+    distance, rigidity, ropes, flow, pretension = columns[:5]
+    strain = np.nan_to_num(pretension) / rigidity
+    length = distance / (1.0 + strain)
+    found = Ropes(
+        span=span_of.astype(np.intp),
+        section=section_of.astype(np.intp),
+        run=run_of.astype(np.intp),
+        distance=distance,
+        length=length,
+        rigidity=rigidity,
+        load=np.column_stack(columns[5:7]),
+        jump=np.column_stack(columns[7:]),
+        ropes=ropes,
+        flow=flow,
+        momentum=flow / (1.0 + strain),
+        pretension=pretension,
+        standing=np.full(len(sections), np.nan),
+    )
+    for drum, place, number in _standing(drive):
+        last = place is drive.free_spans[number].end
+        more = torques.get(drum, 0.0) / (place.sense * place.radius) * (1.0 if last else -1.0)
+        section = int(found.section[span_of == number][0])
+        below = found.drop[found.section == section, 0].sum() if last else 0.0
+        found.standing[section] = pretension[span_of == number][0] + more + below
+    return found
+
+
+def _standing(drive: RoutedDrive) -> Iterator[tuple[int, Place, int]]:
+    """Drums at whose open end a standing torque holds the pretension: number, place, span."""
+    for number, data in enumerate(drive.route):
+        own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
+        for i, place in ((own[0], drive.free_spans[own[0]].start), (own[-1], drive.free_spans[own[-1]].end)):
+            drum = place.pulley if not data.closed else None
+            if drum is not None and drum not in drive.turned and not drive.pulley[drum].fixed:
+                yield drum, place, i
+
+
+def _refuse_open(drive: RoutedDrive, ropes: Ropes, along: Array, passing: Set[int]) -> None:
+    """Weights that pull a rope one way round free pulleys; tensions that the balance leaves open."""
+    for number, route in enumerate(drive.route):
+        own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
+        at = np.isin(ropes.span, own)
+        pull = float(ropes.drop[at, 0].sum())
+        passed = drive.free_spans[own[0]].start.pulley in passing and np.ptp(ropes.section[at]) == 0
+        if route.closed and passed and abs(pull) > _BALANCED * (1.0 + np.abs(ropes.fallen[at, 0]).max()):
+            raise InputRefused(
+                f'route "{route.name}": no static solution, weights on it pull {abs(pull):.4g} N one way and '
+                "every pulley turns freely: drive a pulley by [[motor]], or fix one"
+            )
+    scale = np.abs(along).max(axis=1, initial=0.0)
+    balance = along / np.where(scale > 0.0, scale, 1.0)[:, None]
+    free = np.eye(along.shape[1]) - np.linalg.pinv(balance, rcond=SINGULAR) @ balance
+    for number in np.unique(ropes.section[np.isnan(ropes.pretension)]).tolist():
+        if np.abs(free[number]).max() > 1e-6:
+            span = drive.free_spans[int(ropes.span[ropes.section == number][0])]
             raise InputRefused(
                 f'route "{drive.route[span.route].name}": the balance of bodies and weights leaves the '
                 f"tension of {span.name} open: give pretension [N], in [cable] or in the route"
             )
-    missing = rest - matrix @ tension
-    size = np.abs(rest) + np.abs(matrix) @ np.abs(tension)
-    for place, row in enumerate(rows):
-        if abs(missing[place]) > _BALANCED * max(size[place], 1e-9):
-            _refuse_unbalanced(
-                motion.names[row], float(missing[place]), matrix[place] * tension, float(rest[place])
-            )
-    return tension
-
-
-def _standing(drive: RoutedDrive, offsets: Offsets) -> Iterator[tuple[int, float]]:
-    """Spans at whose drum a standing torque holds the pretension, and their tension there without it [N]."""
-    for number, data in enumerate(drive.route):
-        own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
-        for i, place, beyond in (
-            (own[0], drive.free_spans[own[0]].start, offsets.start),
-            (own[-1], drive.free_spans[own[-1]].end, offsets.end),
-        ):
-            drum = place.pulley if not data.closed else None
-            if drum is not None and drum not in drive.turned and not drive.pulley[drum].fixed:
-                yield i, float(beyond[i])
-
-
-def _with_common_pulleys(
-    drive: RoutedDrive, sections: NDArray[np.intp], offsets: Offsets, matrix: Array, rest: Array
-) -> tuple[Array, Array]:
-    """One more equation for each free pulley that several ropes turn: their moments balance."""
-    visits = [(place.pulley, route) for route, places in enumerate(drive.places) for place in places]
-    for number, pulley in enumerate(drive.pulley):
-        seen = sum(own == number for own, _ in visits)
-        if pulley.fixed or number in drive.driven or seen < 2:
-            continue
-        row, known = np.zeros(matrix.shape[1]), 0.0
-        for index, span in enumerate(drive.free_spans):
-            ropes = drive.route[span.route].ropes
-            for place, sign, offset in ((span.start, 1, offsets.start), (span.end, -1, offsets.end)):
-                if place.pulley == number:
-                    arm = sign * place.sense * place.radius * ropes
-                    row[sections[index]] += arm
-                    known += arm * offset[index]
-        matrix, rest = np.vstack((matrix, row)), np.append(rest, -known)
-    return matrix, rest
 
 
 def _refuse_unbalanced(name: str, missing: float, pulls: Array, rest: float) -> None:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from cabledrive.mechanics.rest import RestingStretch, RestState, rest_state
+from cabledrive.mechanics.network.rest_forces import RestingStretch
+from cabledrive.mechanics.rest import RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.report.blocks import Panel, Plot, Series, Table, table

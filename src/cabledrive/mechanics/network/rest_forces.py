@@ -1,0 +1,311 @@
+r"""Ropes at rest: elastic catenaries between joints, found from few forces by Newton's method.
+
+With the force :math:`\mathbf F(s)` along and across a span at the unstretched place s and the weight
+:math:`\mathbf g` per metre, a rope of Hooke's law that runs with the momentum m reaches
+
+.. math:: \mathbf F' = -\rho_0\,\mathbf g, \qquad
+          \mathbf r' = \frac{\mathbf F}{EA} + \Big(1 + \frac{m}{EA}\Big)\frac{\mathbf F}{|\mathbf F|}.
+          \qquad \text{Eq. (N.10)}
+
+Forces are linear in the tension at the start of each section, along which it is passed on, and the force
+across at the start of each run between places that are held across. That the ends of a run lie on the chord
+and the rope of a section has the length that its pretension gave it are conditions of the least
+complementary energy; a balance of bodies is a side condition, its multipliers their moves along the ropes. A
+step that is halved until the slope of the energy along it has fallen therefore reaches the one solution.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from math import hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.errors import NotComputed
+from cabledrive.parameters.fields import described, meaning
+
+MOST_STEPS = 200
+SINGULAR = 1e-10
+_SETTLED, _ROUND_OFF, _TINY = 1e-13, 4e-16, 1e-300
+PANELS = 4
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+
+
+def quadrature_points() -> Array:
+    """Places of the quadrature on a stretch of length 1, panel after panel."""
+    return ((np.arange(PANELS)[:, None] + (NODES + 1.0) / 2.0) / PANELS).ravel()
+
+
+_PLACES, _SHARES = quadrature_points(), np.tile(WEIGHTS, PANELS) / (2.0 * PANELS)
+
+
+@described
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestingStretch:
+    """One piece of cable between neighbouring joints, at rest."""
+
+    span: str = meaning('name of its span: "upper" or "lower" of a loop')
+    start: float = meaning("unstretched position from where the span starts [m]")
+    end: float = meaning("the same of its end [m]")
+    force: tuple[float, float] = meaning(
+        "force at the start, along and across the span; across a loop is downwards [N]"
+    )
+    load: tuple[float, float] = meaning("weight per unstretched length, along and across [N/m]")
+    axial_rigidity: float = meaning("EA [N]")
+    momentum: float = meaning("part of the tension that turns a rope that runs [N]", 0.0)
+
+    def force_at(self, positions: Array) -> Array:
+        """Force along and across, by the part ahead on the part behind.
+
+        Parameters
+        ----------
+        positions : ndarray, shape (p,)
+            Unstretched positions [m].
+
+        Returns
+        -------
+        ndarray, shape (2, p)
+            [N].
+        """
+        below = np.asarray(positions, dtype=float) - self.start
+        return np.array(self.force)[:, None] - np.outer(self.load, below)
+
+    def tension_at(self, positions: Array) -> Array:
+        """Tension of the cable; negative where a cable without load across would have to push.
+
+        Parameters
+        ----------
+        positions : ndarray, shape (p,)
+            Unstretched positions [m].
+
+        Returns
+        -------
+        ndarray, shape (p,)
+            [N].
+        """
+        along, across = self.force_at(positions)
+        if self.force[1] == 0.0 == self.load[1]:
+            return np.asarray(along + self.momentum)
+        return np.asarray(np.hypot(along, across) + self.momentum)
+
+    @property
+    def length(self) -> float:
+        """Unstretched length [m]."""
+        return self.end - self.start
+
+    @property
+    def end_force(self) -> tuple[float, float]:
+        """Force along and across at the end [N]."""
+        return self.force[0] - self.load[0] * self.length, self.force[1] - self.load[1] * self.length
+
+    @property
+    def tensions(self) -> tuple[float, float]:
+        """Tension at start and end [N]."""
+        bar = self.force[1] == 0.0 == self.load[1]
+        first, last = (own[0] if bar else hypot(*own) for own in (self.force, self.end_force))
+        return first + self.momentum, last + self.momentum
+
+    @property
+    def lowest_tension(self) -> float:
+        """Lowest tension on the stretch [N]."""
+        load = np.array(self.load)
+        weight = float(load @ load)
+        turn = float(load @ np.array(self.force)) / weight if weight else 0.0
+        return float(self.tension_at(self.start + np.clip([0.0, turn, self.length], 0.0, self.length)).min())
+
+    @property
+    def mean_tension(self) -> float:
+        """Mean tension over the unstretched length [N]."""
+        return float(self.tension_at(self.start + self.length * _PLACES) @ _SHARES)
+
+    @property
+    def pull(self) -> float:
+        """Force along at the middle, of a straight rope the lowest tension: without it a rope pushes [N]."""
+        if self.force[1] == 0.0 == self.load[1]:
+            return min(self.tensions)
+        return self.force[0] - 0.5 * self.load[0] * self.length
+
+    @property
+    def gradient(self) -> float:
+        """Mean rise of the tension per unstretched metre [N/m]."""
+        first, last = self.tensions
+        return (last - first) / self.length
+
+    @property
+    def travel_time(self) -> float:
+        """Time that a transverse wave takes from end to end [s]; infinite where the stretch is slack."""
+        tension = self.tension_at(self.start + self.length * _PLACES)
+        if tension.min() <= 0.0:
+            return float("inf")
+        return self.length * float(np.sqrt(1.0 / tension + 1.0 / self.axial_rigidity) @ _SHARES)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Ropes:
+    """Pieces of rope in order of their sections: p pieces, s sections, r runs."""
+
+    span: NDArray[np.intp]  # (p,)
+    section: NDArray[np.intp]  # (p,)
+    run: NDArray[np.intp]  # (p,)
+    distance: Array  # (p,): between the joints [m]
+    length: Array  # (p,): unstretched; of open sections a guess [m]
+    rigidity: Array  # (p,): EA [N]
+    load: Array  # (p, 2): weight along and across per unstretched metre [N/m]
+    jump: Array  # (p, 2): weight of the joint at the end, across where the rope bears it [N]
+    ropes: Array  # (p,): parallel ones
+    flow: Array  # (p,): momentum of a rope that runs, unstretched [N]
+    momentum: Array  # (p,): the same under its tension [N]
+    pretension: Array  # (p,): of the straight weightless machine; NaN: open, the balance makes it [N]
+    standing: Array  # (s,): tension at the start of a section whose drum keeps a torque, NaN: none [N]
+
+    @cached_property
+    def hangs(self) -> NDArray[np.bool_]:
+        """Whether a weight acts across each run, (r,)."""
+        borne = np.abs(self.load[:, 1]) * self.length + np.abs(self.jump[:, 1])
+        return np.asarray(np.bincount(self.run, borne) > 0.0)
+
+    @cached_property
+    def drop(self) -> Array:
+        """By how much the force falls along each piece and over the joint at its end, (p, 2) [N]."""
+        return self.load * self.length[:, None] + self.jump
+
+    def sums(self, values: Array, group: NDArray[np.intp]) -> Array:
+        """Sums of values of all parallel ropes over sections or runs."""
+        return np.asarray(np.bincount(group, self.ropes * values), dtype=float)
+
+    @cached_property
+    def fallen(self) -> Array:
+        """Force at the start of each piece less that of its section and its run, (p, 2) [N]."""
+        found = np.empty_like(self.drop)
+        for column, group in enumerate((self.section, self.run)):
+            edges = [0, *(np.flatnonzero(np.diff(group)) + 1).tolist(), group.size]
+            for first, last in pairwise(edges):
+                own = self.drop[first:last, column]
+                found[first:last, column] = own - own.cumsum()
+        return found - np.column_stack((self.momentum, np.zeros(group.size)))
+
+    def forces(self, tension: Array, shear: Array) -> Array:
+        """Force at the start of each piece, (p, 2), by those of the sections (s,) and runs (r,) [N]."""
+        return self.fallen + np.column_stack((tension[self.section], shear[self.run]))
+
+    def reach(self, force: Array) -> tuple[Array, Array]:
+        """How far pieces reach beyond their lengths, (p, 2) [m]; what they give, (3, p): aa, ab, bb [m/N]."""
+        places, weight = self.length[:, None] * _PLACES, self.length[:, None] * _SHARES
+        along, across = (force[:, i, None] - self.load[:, i, None] * places for i in (0, 1))
+        soft = 1.0 / self.rigidity[:, None]
+        runs = self.momentum[:, None] * soft
+        bar = ~self.hangs[self.run][:, None]  # may push, which is refused afterwards
+        size = np.where(bar, 1.0, np.maximum(np.hypot(along, across), 1e-300))
+        cosine, sine = np.where(bar, 1.0, along / size), np.where(bar, 0.0, across / size)
+        less = np.where(cosine > 0.0, -(sine**2) / (1.0 + np.abs(cosine)), cosine - 1.0)
+        turning = np.where(bar, 0.0, (1.0 + runs) / size)
+        excess = along * soft + runs * cosine + less, across * soft + (1.0 + runs) * sine
+        give = soft + turning * sine**2, -turning * sine * cosine, soft + turning * cosine**2
+        left, gives = (np.stack([(weight * own).sum(axis=1) for own in both]) for both in (excess, give))
+        return left.T, gives
+
+    def stretched(self, tension: Array, shear: Array) -> "Ropes":
+        """Lengths of open sections that reach as far as their spans do, momenta under the tension."""
+        force = self.forces(tension, shear)
+        middle = force - 0.5 * self.load * self.length[:, None]
+        pull = np.hypot(middle[:, 0], middle[:, 1]) + self.momentum
+        reached = self.length + self.reach(force)[0][:, 0]
+        scale = np.bincount(self.span, self.distance) / np.bincount(self.span, reached)
+        length = np.where(np.isnan(self.pretension), self.length * scale[self.span], self.length)
+        return replace(self, length=length, momentum=self.flow / (1.0 + pull / self.rigidity))
+
+
+def solved(
+    ropes: Ropes, along: Array, across: Array, rest: Callable[[Ropes], Array]
+) -> tuple[Ropes, Array, Array]:
+    """Tension of each section, (s,), and force across at the start of each run, (r,) [N]; `NotComputed`.
+
+    ``along``, shape (n, s), and ``across``, (n, r): what they add to each of n balances, which must come to
+    ``rest``, (n,); where none meets them the nearest is returned. The ropes have the lengths found.
+    """
+    count, of_run = along.shape[1], ropes.section[np.unique(ropes.run, return_index=True)[1]]
+    kept, hangs = ~np.isnan(ropes.standing), ropes.hangs
+    opened = np.bincount(ropes.section, np.isnan(ropes.pretension)) > 0.0
+    given = np.nan_to_num(ropes.pretension)
+    longer = ropes.length * given / ropes.rigidity
+    soft = ropes.sums(ropes.length / ropes.rigidity, ropes.section)
+    scale = np.abs(along).max(axis=1, initial=0.0)
+    scale = np.where(scale > 0.0, scale, 1.0)[:, None]
+    shear = np.where(hangs, 0.5 * np.bincount(ropes.run, ropes.drop[:, 1]), 0.0)
+    tension = np.zeros(count)
+    tension[ropes.section] = given
+    if opened.any():  # of straight ropes in balance
+        left = rest(ropes) - along @ tension - across @ shear
+        tension += np.linalg.pinv(along / scale, rcond=SINGULAR) @ (left / scale[:, 0])
+        least = np.bincount(ropes.section, np.abs(ropes.drop).sum(axis=1))
+        tension = np.where(opened, np.maximum(tension, 1e-3 * least), tension)
+    lags, before = bool(opened.any() or ropes.flow.any()), np.inf
+
+    def slopes(tension: Array, shear: Array, base: Array) -> tuple[Array, Array, Array]:
+        """Slope of the energy by tensions and shears, and what the pieces give."""
+        excess, give = ropes.reach(ropes.forces(tension, shear))
+        by_tension = ropes.sums(excess[:, 0] - longer, ropes.section)
+        by_tension = np.where(kept, soft * (tension - np.nan_to_num(ropes.standing)), by_tension)
+        by_tension = np.where(opened, soft * (tension - base), by_tension)
+        by_shear = ropes.sums(excess[:, 1], ropes.run)  # of a slack rope round-off would move it far
+        by_shear[~hangs | (np.abs(by_shear) <= _ROUND_OFF * ropes.sums(ropes.length, ropes.run))] = 0.0
+        return by_tension, by_shear, give
+
+    for _ in range(MOST_STEPS):
+        if lags:
+            ropes = ropes.stretched(tension, shear)
+        by_tension, by_shear, give = slopes(tension, shear, tension)
+        across_give = ropes.sums(give[2], ropes.run)
+        follows = np.where(hangs, ropes.sums(give[1], ropes.run) / across_give, 0.0)
+        shift = by_shear / across_give  # of the shear, that ends lie on the chord
+        sagging = ~(opened | kept)
+        bend = np.where(sagging, ropes.sums(give[0], ropes.section), soft)
+        curvature = bend - sagging * np.bincount(of_run, follows**2 * across_give, count)
+        slope = by_tension - sagging * np.bincount(of_run, follows * by_shear, count)
+        balance = along.copy()
+        np.subtract.at(balance.T, of_run, (across * follows).T)
+        even = np.sqrt(curvature.max(initial=0.0) / curvature)
+        missing = rest(ropes) - along @ tension - across @ (shear - shift) + balance @ (slope / curvature)
+        pull = even * (np.linalg.pinv(balance / scale * even, rcond=SINGULAR) @ (missing / scale[:, 0]))
+        step = pull - slope / curvature
+        turn = -shift - follows * step[of_run]
+        first, share = (by_tension - curvature * pull) @ step + by_shear @ turn, 1.0
+        size = np.abs(tension).max(initial=0.0) + np.abs(shear).max(initial=0.0) + _TINY
+        change = max(np.abs(step).max(initial=0.0), np.abs(turn).max(initial=0.0)) / size
+        while change > 1e-11 and share > 2.0**-30:
+            there = slopes(tension + share * step, shear + share * turn, tension)
+            if abs((there[0] - curvature * pull) @ step + there[1] @ turn) <= (1.0 - 0.1 * share) * abs(
+                first
+            ):
+                break
+            share /= 2.0
+        share = share if share > 2.0**-30 else 1.0  # round-off: the last digits do not fall any more
+        tension, shear = tension + share * step, shear + share * turn
+        if change <= _SETTLED or (change < 1e-10 and change >= 0.5 * before):
+            return ropes, tension, shear
+        before = change
+    if np.any(tension[ropes.section] + ropes.fallen[:, 0] <= 0.0):  # refused by it
+        return ropes, tension, shear
+    raise NotComputed(f"no state of rest within {MOST_STEPS} steps: raise the pretension")
+
+
+def irvine_parameter(stiffness: float, tension: float, mean_squared_shear: float) -> float:
+    r"""Irvine's parameter: how much the sag stiffens the string, for any distribution of weight.
+
+    .. math:: \lambda^2 = \frac{12\,K\,\overline{V^2}}{T^3}
+
+    With q alone, :math:`\overline{V^2} = (q l)^2/12`, this is the usual :math:`(q l/T)^2\,K/T`. A string
+    is straight while it is far below 1; at :math:`4\pi^2` the first symmetric mode in the plane of sag has
+    risen to the frequency of the first antisymmetric one.
+
+    ``stiffness``: force per strain K of the string [N]; ``tension``: along it, T [N];
+    ``mean_squared_shear``: mean of the squared transverse force V [N^2].
+
+    References
+    ----------
+    .. [1] H. M. Irvine, *Cable Structures*, MIT Press, 1981, chapters 2 and 3.
+    """
+    return 12.0 * stiffness * mean_squared_shear / tension**3
