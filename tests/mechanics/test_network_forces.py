@@ -141,6 +141,13 @@ def test_friction_needed_on_a_wrap_is_euler_and_eytelwein():
         assert ratio == pytest.approx(np.exp(row["needed_friction"] * row["wrap"]), rel=1e-9)
 
 
+def test_a_stiff_rope_that_passes_a_small_angle_is_bent_less_than_its_pulley_is():
+    """Beam of stiffness EI under a tension T: where a load turns it by a, its curvature is a sqrt(T/EI)/2."""
+    drive = cd.load_drive("tendon-finger", overrides=["cable.least_radius=1", "cable.bending_stiffness=0.01"])
+    for row in pulley_rows(drive, statics_of(drive)):
+        assert row["bend_ratio"] == pytest.approx(2.0 / (row["wrap"] * np.sqrt(20.0 / 0.01)), rel=1e-6)
+
+
 def test_a_rope_that_hangs_leaves_its_wheels_by_radius_times_slope():
     """What the slope of the sag at a wheel takes off its wrap, or adds to it, is free to vibrate as well."""
     network = network_of(cd.load_drive("camera-winches"))

@@ -29,6 +29,8 @@ from cabledrive.reduction.quality import (
     model_response,
     with_measured_stiffness,
 )
+from cabledrive.reduction.two_motors import winched_machine
+from cabledrive.reduction.two_motors_kernels import line_at
 from cabledrive.rig import Motion, RigOptions
 from network_samples import as_route, without_gravity
 
@@ -85,9 +87,12 @@ def test_distributed_response_peaks_at_the_certified_modes():
     for mode in natural_frequencies(with_measured_stiffness(bare), count=2):
         beside = distributed_response(bare, 2 * np.pi * mode * np.array([1 - 1e-7, 1 + 1e-7]))
         assert beside[0].real * beside[1].real < 0.0, f"no pole at {mode:.4f} Hz"
-    heavy = replace(bare, layout=replace(bare.layout, gravity=9.81))
+    # straight, whatever it weighs and however loose it is
+    heavy = replace(
+        bare, layout=replace(bare.layout, gravity=9.81), cable=replace(bare.cable, pretension=1.0)
+    )
     at = 2 * np.pi * np.array([3.0, 40.0])
-    np.testing.assert_array_equal(distributed_response(heavy, at), distributed_response(bare, at))
+    np.testing.assert_allclose(distributed_response(heavy, at), distributed_response(bare, at), rtol=1e-9)
 
 
 def test_each_model_holds_up_to_the_mode_it_leaves_out(measured):
@@ -322,3 +327,30 @@ def test_the_lumped_model_of_an_axis_is_its_chain():
     assert axis.motor.torque_limit == pytest.approx(0.5)
     assert model.coulomb[-1] == pytest.approx(2.0 * 6.366e-3)
     assert as_axis(machine, "beam.y").load == "beam.y"
+
+
+@pytest.mark.parametrize("motor", ["held", "free"])
+def test_small_motions_have_the_certified_frequencies(motor):
+    """Two springs that hold it, and their tension about rest, against the exact modes of the network."""
+    camera = cd.load_drive("camera-winches")
+    machine = winched_machine(camera)
+    n, h = machine.numbers, 1e-5
+
+    def forces(x):
+        along, pull = np.zeros((2, 2)), np.zeros(2)
+        for i in range(2):
+            length, free, _ = line_at(n, i, x[:2].copy(), along[i])
+            pull[i] = n.rigidity[i] / free * (length + n.drum[i] * x[2 + i] - n.unwound[i])
+        return np.concatenate([n.force - pull @ along, n.drum * (machine.tension - pull)])
+
+    at_rest = forces(np.zeros(4))
+    assert np.abs(at_rest).max() < 1e-6 * np.abs(n.force).max(), at_rest
+    stiffness = -np.array([(forces(h * e) - forces(-h * e)) / (2.0 * h) for e in np.eye(4)]).T
+    mass, kept = np.concatenate([n.mass, n.inertia]), slice(0, 2 if motor == "held" else 4)
+    squares = np.linalg.eigvals(stiffness[kept, kept] / mass[kept, None]).real
+    found = np.sqrt(np.sort(squares[squares > 1.0])) / (2.0 * np.pi)
+    exact = [mode.frequency for mode in cd.modes(camera, below=8.0, motor=motor).modes]
+    assert len(found) >= 2
+    for frequency in found:
+        off = np.abs(np.array(exact) / frequency - 1.0).min()
+        assert off < 0.01, (frequency, exact)

@@ -242,6 +242,10 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(measured):
     assert ratio == pytest.approx(np.exp(0.25 * np.pi / 2), rel=2e-3)
     assert found.channel("coulomb_loss")[-1] > 0.0
     assert found.energy_budget_error < 1e-6, found.energy_budget_error
+    # what the weight of a heavy rope pulls behind the guide, friction holds from the first step on
+    heavy = GUIDE.replace("0 m/s^2", "9.81 m/s^2").replace("5 g/m", "500 g/m")
+    held = cd.simulate(drive_from_text(heavy), 1e-4, scheme=Scheme(segments=6))
+    assert not held.channel("speed of slip at guide").any()
 
 
 def test_a_span_that_goes_slack_stops_the_run_and_says_where():

@@ -48,6 +48,21 @@ anchor = [{ name = "hook", on = "load", at = ["0.25 m", "-30 m"] }]
 route = [{ name = "rope", path = ["-drum", "hook"] }]
 motor = { pulley = "drum", inertia = "0.5 kg m^2" }
 """
+TACKLE = """
+schema = 1
+kind = "route"
+name = "tackle"
+cable = { axial_rigidity = "1 MN", mass_per_length = "0.5 kg/m" }
+layout = { gravity = "9.81 m/s^2" }
+body = [{ name = "load", at = ["0.35 m", "-30 m"], moves = "y", mass = "50 kg" }]
+pulley = [
+    { name = "drum", at = ["0 m", "0 m"], radius = "0.25 m", inertia = "2 kg m^2" },
+    { name = "block", on = "load", at = ["0.35 m", "-30 m"], radius = "0.1 m", inertia = "0.02 kg m^2" },
+]
+anchor = [{ name = "beam", at = ["0.45 m", "0 m"] }]
+route = [{ name = "rope", path = ["-drum", "+block", "beam"] }]
+motor = { pulley = "drum", inertia = "0.5 kg m^2" }
+"""
 DRUMS = """
 schema = 1
 kind = "route"
@@ -299,3 +314,17 @@ def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balan
     found = cd.simulate(drive_from_text(damped), 0.05, travel=True, start=moving, scheme=Scheme(segments=4))
     assert found.energy_budget_error < 2e-6
     assert found.channel("viscous_loss")[-1] > 0.1
+
+
+@pytest.mark.kernel
+def test_rope_that_comes_to_rest_behind_a_moving_block_gives_its_energy_up():
+    """Half of a tackle's rope stands still, the other moves at twice the speed of the load."""
+    found = cd.simulate(
+        drive_from_text(TACKLE),
+        0.05,
+        travel=True,
+        start=NetworkStart(speeds={"load.y": 2.0, "drum": 16.0, "block": -20.0}),
+        scheme=Scheme(segments=2),
+    )
+    assert found.channel("load.y")[-1] == pytest.approx(0.1, rel=0.01)
+    assert found.energy_budget_error < 1e-7
