@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 from math import radians
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,10 +13,10 @@ from scipy.stats import binom
 
 from cabledrive.identification import signals
 from cabledrive.identification.axis.answer import IdentifyOptions
-from cabledrive.identification.axis.axis import AxisOptions, axis_of
-from cabledrive.identification.axis.check import moved_back
+from cabledrive.identification.axis.axis import LAG, AxisOptions, _without_lag, axis_of, stacked
+from cabledrive.identification.axis.check import moved_back, torque_delay
 from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
-from cabledrive.identification.axis.simulated import whitened, whitener
+from cabledrive.identification.axis.simulated import whitened, whitener, with_own_error
 from cabledrive.identification.axis.timing import given_timing
 from cabledrive.identification.estimates import (
     factor,
@@ -334,6 +335,37 @@ def test_a_log_that_is_moved_back_keeps_its_time_and_loses_its_ends(log):
     later = moved_back(late(log, -3), "torque", -3)
     np.testing.assert_array_equal(later.time, log.time[3:])
     np.testing.assert_array_equal(later.channel("torque"), log.channel("torque")[3:])
+
+
+def test_a_delay_is_its_whole_samples_and_what_the_log_moved_back_by_them_still_shows(log):
+    """3.4 samples, of which the first look sees 2.6."""
+
+    def evidence(moved):
+        left = 3.4 - (len(log) - len(moved.logs[0]))
+        return (SimpleNamespace(fault="delay", value=left * log.interval),)
+
+    axis = axis_of([log], AxisOptions())
+    assert torque_delay(axis, 2.6 * log.interval, evidence) == pytest.approx(3.4 * log.interval, rel=1e-12)
+
+
+def test_an_instant_that_the_regression_cannot_tell_widens_what_it_would_move():
+    """Its column is three times the first one, so half a second of doubt is 1.5 of the first parameter."""
+    rng = np.random.default_rng(0)
+    x, y, small, noise = rng.standard_normal((4, 1000))
+    columns = np.column_stack([x, y, 3.0 * x + 1e-3 * small])
+    found = _without_lag(stacked(("first", "second", LAG), [(columns, 2.0 * x + 0.1 * noise)]), 0.5)
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), [1.5, 0.1 / np.sqrt(1000.0)], rtol=0.1)
+
+
+@pytest.mark.parametrize("push", [1e5, -1e5])
+def test_errors_of_inverse_dynamics_are_unknown_where_its_axis_runs_away_to_either_side(log, push):
+    found = identify(log, PLAIN, method="inverse-dynamics")
+    pushed = replace(log, channels={**log.channels, "torque": log.channel("torque") + push})
+    told = [
+        with_own_error(axis_of([one], AxisOptions()), found).method.get("own_error", "")
+        for one in (log, pushed)
+    ]
+    assert ["diverges" in one for one in told] == [False, True], told
 
 
 # --- A polygon through logged torques: what its corners must be for the sine that acted

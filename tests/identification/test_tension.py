@@ -1,6 +1,7 @@
 """The tension of a span from a ping."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import cabledrive as cd
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.signals import zero_phase
 from cabledrive.identification.tension.both import tension_of_both, tensions_from_load_cell
+from cabledrive.identification.tension.family_fit import family_tension
 from cabledrive.identification.tension.recording import read_ping, read_wav
 from cabledrive.identification.tension.strings import (
     compared,
@@ -409,6 +411,16 @@ def test_overlapping_decaying_tones_are_fitted_without_bias():
     fit = fit_tones(values, 5e-4, start, 2)
     assert fit.tones.scale == pytest.approx(scale, rel=1e-7), fit.tones.scale
     assert fit.tones.decay == pytest.approx(np.repeat(decay, 3), rel=1e-5), fit.tones.decay
+    # three partials each four standard errors off: Birge's ratio, and Student's t of two degrees of freedom
+    alike, apart = (
+        replace(fit, offset=many * fit.offset_error, scale_covariance=1e-6 * np.eye(2)) for many in (0.0, 4.0)
+    )
+    prepared = SimpleNamespace(interval=5e-4, duration=2.0, channel="sound")
+    one, other = (
+        family_tension(prepared, each, 0, "upper", (100.0, 2.0, 100.0)).tension for each in (alike, apart)
+    )
+    wider = (other.high - other.low) / (one.high - one.low)
+    assert wider == pytest.approx(np.sqrt(3 * 16 / 2) * 4.3027 / 1.9600, rel=1e-4)
 
 
 def test_split_partials_over_a_first_that_is_not_split_are_no_tauter_span():

@@ -21,6 +21,7 @@ from cabledrive.rig.margins import (
     rounding_part,
     sampled_controller,
     sampled_plant,
+    torque_parts,
 )
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
@@ -182,3 +183,12 @@ def test_rounding_of_a_shaft_that_passes_ten_counts_a_period_is_noise_and_smalle
 
     assert at(1.01 * limit) < 0.8 * at(0.0)
     assert at(1.01 * limit) == at(100.0 * limit)
+
+
+def test_friction_of_unknown_sign_costs_more_by_all_of_it_where_the_law_counts_on_it():
+    """Speeds below the noise everywhere, a unit impulse: at rest the law cancels none, in motion all of it."""
+    one = np.array([1.0])
+    _, found = torque_parts(loop(), one, 0.0 * one, np.inf)
+    speed = np.abs(loop().controller.reference[:, -2])
+    moving, still = found[speed.argmax()], found[speed.argmin()]
+    assert moving - still == pytest.approx(DRIVE.motor.coulomb_friction, rel=1e-3)

@@ -209,6 +209,20 @@ def test_a_motion_too_fast_is_reshaped_and_the_tension_kept():
     assert gentle["within_bound"]
 
 
+def test_the_margin_of_the_tension_covers_the_noise_of_the_load_cells():
+    """3 to 5 deviations of what a first-order lag of the law's bandwidth leaves of white noise of 20 N."""
+    made = [
+        design_tensions(
+            winched_machine(replace(CAMERA, sensors=replace(CAMERA.sensors, load_cell_noise=noise)))
+        )
+        for noise in (0.0, 20.0)
+    ]
+    share = made[0].gains.filter * made[0].gains.interval
+    left = 20.0 * np.sqrt(share / (2.0 - share))
+    apart = (made[1].margin - made[0].margin) / left
+    assert ((apart > 3.0) & (apart < 5.0)).all(), apart
+
+
 def test_where_the_torque_ends_no_law_can_and_the_result_says_so():
     """A downward force of twice the weight needs 2.5 kN of tension, the winches have 1.4 kN."""
     push = Disturbance(on="camera.y", torque=-600.0, start=1.0, end=2.5)

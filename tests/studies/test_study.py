@@ -17,10 +17,12 @@ from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, load_goals, run_study
 from cabledrive.studies.study.bandwidth_cost import sensor_bound
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
+from cabledrive.studies.study.check_stage import goals_for
 from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
+from cabledrive.studies.study.modes_stage import resonance_of
 from cabledrive.studies.study.pipeline import StudyResult, results_of
 from cabledrive.studies.study.sampled_plants import (
     LoadCase,
@@ -183,6 +185,15 @@ def test_an_encoder_never_costs_more_than_its_bound(measured):
     measured(f"at most {max(costs) / bound:.2f} of the bound, {within} of {len(costs)} phases within")
     assert max(costs) <= bound, f"{max(costs):.3g} rad of {bound:.3g}"
     assert max(costs) > 0.05 * bound, f"a bound of {bound:.3g} rad for {max(costs):.3g} is no bound"
+
+
+@pytest.mark.parametrize("name, tuned", [("dissertation-2", True), ("dissertation-3", False)])
+def test_a_span_tuned_to_the_pulley_mode_is_to_be_moved_away_though_the_motion_spares_it(name, tuned):
+    drive = load_drive(name)
+    found = resonance_of(drive, goals_for(drive, Goals()).motion)
+    assert found.alarm == "safe"
+    assert (found.verdict == "resonant") == tuned
+    assert ("tuned" in found.remedy) == tuned
 
 
 def test_a_range_of_loads_is_drawn_and_designed_for_its_middle():

@@ -13,6 +13,7 @@ from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.carriage import (
     CarriageCase,
+    carriage_demand,
     carriage_model,
     missing_for_carriage,
 )
@@ -156,11 +157,20 @@ def test_goals_of_a_carriage_are_read_with_their_units():
 
 def test_what_is_proposed_is_rounded_to_two_digits_and_lies_on_the_free_span():
     assert [rounded_up(value) for value in (0.0123, 0.02, 1.001)] == [0.013, 0.02, 1.1]
-    assert [_rounded_up(value) for value in (0.15, 0.151, 3.1)] == [0.15, 0.2, 4.0]
+    assert [_rounded_up(value) for value in (0.15, 0.151, 3.1, 2.0 + 1e-15)] == [0.15, 0.2, 4.0, 2.0]
     left = 0.98 * BELT.span_length - BELT.carriage[0].position
     assert 0.45 * left < goals_for(BELT, replace(ASKED, travel=None)).travel <= 0.5 * left
     case = CarriageCase(BELT, goals_for(BELT, ASKED))
     assert case.loop(5.0).law.grid[0] == pytest.approx(case.ends[0] - 0.02 * BELT.span_length)
+
+
+def test_a_quarter_of_the_tension_is_lost_in_twice_the_time():
+    """Slow against the cable's mode a strand gives up what the accelerated mass asks of it."""
+    fast, slow = (
+        carriage_demand(BELT, goals_for(BELT, replace(ASKED, duration=duration))).demands[-1].asked
+        for duration in (0.3, 0.6)
+    )
+    assert fast / slow == pytest.approx(4.0, rel=0.1)
 
 
 # --- What a study says of the error of a carriage holds on plants that it never drew
