@@ -4,11 +4,13 @@ import json
 from dataclasses import replace
 from math import pi, sin, tanh
 from time import process_time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import signal, stats
 
+from cabledrive.identification import two_sides
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import identify
 from cabledrive.parameters import InputRefused
@@ -292,3 +294,22 @@ def test_a_load_behind_a_gear_is_refused():
     geared = {**recorded.channels, "load_angle": recorded.channel("load_angle") / 5.0}
     with pytest.raises(InputRefused, match="times the gear ratio"):
         identify(replace(recorded, channels=geared), model="two-inertia")
+
+
+@pytest.mark.parametrize("halves, beyond", [((0.05, 0.1), 0.0), ((0.1, 0.05), 0.0), ((0.05, 0.05), 0.03)])
+def test_two_bandwidths_widen_an_interval_by_what_chance_does_not_part_them(halves, beyond, monkeypatch):
+    """Solutions of the same rows, 0.03 apart: by chance the root of the difference of their variances."""
+    given = {
+        band: two_sides.Solution(
+            fit=SimpleNamespace(values=np.array([value]), half_width=lambda half=half: np.array([half])),
+            beyond=np.zeros(1),
+            sizes=np.ones(1),
+            kept=1.0,
+            band=band,
+        )
+        for band, value, half in zip(two_sides.BANDS[:2], (1.0, 1.03), halves, strict=True)
+    }
+    monkeypatch.setattr(two_sides, "_solved", lambda equation, sides, names, band: given[band])
+    sides = [SimpleNamespace(source="", interval=0.1 / two_sides.BANDS[1])]
+    found = two_sides._narrowest(None, sides, ("one",), ("one",))
+    assert found.beyond == pytest.approx([beyond], abs=1e-12)

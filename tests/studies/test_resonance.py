@@ -46,6 +46,11 @@ def test_off_tuning_verdicts_change_at_one_and_two_half_widths():
         expected = "resonant" if share < 1 else "close" if share < CLOSE else "safe"
         assert instability.verdict == expected
         assert (instability.growth > 0) == (instability.verdict == "resonant")
+        if (
+            instability.growth > -1.0
+        ):  # (A.24): of the pumping, what the distance leaves is growth and damping
+            growing = (instability.growth + 1.0) ** 2 - 1.0  # Gamma = 2 1/s
+            assert instability.half_width**2 - instability.distance**2 == pytest.approx(growing, rel=1e-9)
     assert set(seen) == {"resonant", "close", "safe"}
 
 

@@ -18,6 +18,7 @@ from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import static_state, static_strain
 from cabledrive.reduction.threshold import mode_thresholds
 from cabledrive.studies.alarm import alarm, growth_along, route_alarm
+from cabledrive.studies.motion_response import _tensions
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, coupled_pairs
 from cabledrive.studies.planned_motion import PlannedMotion, read_motion
 from cabledrive.studies.route_pairs import route_resonance
@@ -389,6 +390,16 @@ def test_static_strain_is_that_of_a_ring_of_beads(pushed):
     state = static_state(drive, segments=50)
     found = static_strain(drive, state.mesh, [pushed])[0] * (1.0 + drive.cable.prestrain)
     np.testing.assert_allclose(found, strain_of_beads(drive, pushed, 50), atol=1e-9 * np.abs(found).max())
+
+
+def test_a_torque_at_the_pulley_mode_is_a_line_of_the_tensions_at_its_frequency():
+    drive = level_loop()
+    state = static_state(drive, segments=50)
+    modes = longitudinal_modes(drive, state, 0.0, 2)
+    omega = float(modes.natural.max())
+    h = 2.0 * pi / omega / 40.0
+    size, found, duration = _tensions(drive, state, modes, np.sin(omega * h * np.arange(4000)), h)
+    assert found[size.argmax()] == pytest.approx(omega, abs=2.0 * pi / duration)
 
 
 def test_two_ropes_side_by_side_have_the_threshold_of_one_of_twice_the_section():
