@@ -186,7 +186,7 @@ def test_rounding_of_a_shaft_that_passes_ten_counts_a_period_is_noise_and_smalle
 
 
 def test_friction_of_unknown_sign_costs_more_by_all_of_it_where_the_law_counts_on_it():
-    """Speeds below the noise everywhere, a unit impulse: at rest the law cancels none, in motion all of it."""
+    """Speeds below the noise, a unit impulse: at rest the law cancels none, in motion all of it."""
     one = np.array([1.0])
     _, found = torque_parts(loop(), one, 0.0 * one, np.inf)
     speed = np.abs(loop().controller.reference[:, -2])
