@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from cabledrive.control.numbers import BY_LOAD, HIGH, LOW, SCHEDULED
-from cabledrive.control.own_controller import OwnController, checked_controller
+from cabledrive.control.own_controller import OwnController
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
-from cabledrive.rig.front_door import law_from_file, own_law
+from cabledrive.rig.front_door import law_for, law_from_file
 from cabledrive.rig.laws.controller_file import (
     FILE,
     ControllerFile,
@@ -24,10 +24,9 @@ from cabledrive.rig.laws.controller_file import (
     read_controller,
 )
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.registry import known_name, needed_order
+from cabledrive.rig.laws.registry import needed_order
 from cabledrive.rig.setting import Motion, RigOptions
-from cabledrive.rig.trial import BEST, best_controller, check_motion
-from cabledrive.rig.tuning import design
+from cabledrive.rig.trial import BEST, check_motion, controller_name
 
 DRIVE = "drive.toml"
 LEARNS = (
@@ -120,13 +119,11 @@ def designed(drive: Drive, name: str | OwnController | None) -> ExportSource:
 
 def designed_loop(drive: Drive, name: str | OwnController | None) -> Loop:
     """The loop of a law and a drive along the standard pulse."""
-    own = checked_controller(name) if name is not None and not isinstance(name, str) else None
-    best = name == BEST
-    known = own.name if own else known_name(None if best else str(name) if name else None, drive)
-    motion, options = Motion(order=needed_order(known, drive)), RigOptions()
+    known = controller_name(None if name == BEST else name or None, drive)
+    motion = Motion(order=needed_order(known, drive))
     check_motion(drive, motion)
-    spec = DesignSpec(drive, motion, best=own is None, feedback=options.feedback, options=options)
-    made = own_law(own, spec) if own else best_controller(spec) if best else design(known, spec)
+    spec = DesignSpec(drive, motion, best=True)
+    made = law_for(name or None, spec)
     if made.field is not None:
         raise InputRefused(
             f"{made.name} is an open loop and no controller: the configuration of its shaper comes from "
@@ -191,5 +188,5 @@ def plant_loop(source: ExportSource) -> Loop:
 def loop_on(source: ExportSource, drive: Drive, motion: Motion, *, slack: bool = True) -> Loop:
     """The loop of a law from its file on a drive along a motion; ``slack``: whether spans may go slack."""
     options = RigOptions(forbid_slack=not slack, feedback=source.law.feedback)
-    spec = DesignSpec(drive, motion, feedback=options.feedback, options=options)
+    spec = DesignSpec(drive, motion, options=options)
     return close_loop(spec, law_from_file(source.law, spec), np.random.default_rng(0))

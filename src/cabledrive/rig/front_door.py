@@ -169,7 +169,6 @@ def track(
         drive,
         motion,
         bandwidth=bandwidth,
-        feedback=options.feedback,
         adapt=adapt,
         best=GAINS[gains],
         feedforward=feedforward,
@@ -180,10 +179,7 @@ def track(
         loop = close_loop(spec, law_from_file(file, spec), np.random.default_rng(seed), plant)
         loop = with_filter(loop, file)
     else:
-        made = (
-            own_law(controller, spec) if own else trial.best_controller(spec) if best else design(name, spec)
-        )
-        loop = close_loop(spec, made, np.random.default_rng(seed), plant)
+        loop = close_loop(spec, law_for(controller, spec), np.random.default_rng(seed), plant)
     loop = loop_with_loads(loop)
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
@@ -245,6 +241,13 @@ def _refuse_pulses(
             )
 
 
+def law_for(controller: Any, spec: DesignSpec) -> Controller:
+    """A law by its name, "best", the drive's own, or one of the user's."""
+    if controller is not None and not isinstance(controller, str):
+        return own_law(controller, spec)
+    return trial.best_controller(spec) if controller == trial.BEST else design(controller, spec)
+
+
 def own_law(given: Any, spec: DesignSpec) -> Controller:
     """The user's controller with its reference along the motion."""
     own = checked_controller(given)
@@ -303,7 +306,7 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
         raise InputRefused("holds its own gains: leave bandwidth and adaptation out").at(found.path)
     if spec.feedforward != "damped":
         raise InputRefused("holds a law with the damped inverse: leave feedforward out").at(found.path)
-    spec = replace(spec, feedback=found.feedback, best=False)
+    spec = replace(spec, best=False)
     if found.reference is None:
         raise InputRefused("has no generator of its reference: run the study again").at(found.path)
     # the packaged law of that name, for what a run says of it

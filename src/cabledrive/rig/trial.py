@@ -336,4 +336,4 @@ def best_words(spec: DesignSpec) -> dict[str, Any]:
 
 def _compared(spec: DesignSpec) -> DesignSpec:
     """The spec of a comparison: the drive and the motion, with the options of every comparison."""
-    return replace(spec, options=COMPARED, plant=None, best=False, feedback="motor")
+    return replace(spec, options=COMPARED, plant=None, best=False)

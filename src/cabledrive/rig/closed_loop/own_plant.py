@@ -1,7 +1,7 @@
 """A plant of the user's own in the rig's loop: its checks, a step between samples."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import exp
 from typing import Any
 
@@ -56,9 +56,10 @@ def checked_plant(given: Any) -> OwnPlant:
             f"plant = {words[:60]} is no name, no LumpedChain and no plant: give an object with "
             "step(parameters, state, torques, time), such as cabledrive.OwnPlant"
         )
-    name, shafts = getattr(given, "name", "own plant"), tuple(getattr(given, "shafts", ("motor", "load")))
+    own: dict[str, Any] = {one.name: getattr(given, one.name, one.default) for one in fields(OwnPlant)}
+    name, shafts = str(own["name"]), tuple(own["shafts"])
     try:
-        start = np.array(getattr(given, "initial_state", ()), dtype=np.float64)
+        start = np.array(own["initial_state"], dtype=np.float64)
     except (TypeError, ValueError):
         start = np.zeros(0)
     if start.ndim != 1 or start.size < 2 * len(shafts) or not np.all(np.isfinite(start)):
@@ -66,13 +67,7 @@ def checked_plant(given: Any) -> OwnPlant:
             f'plant "{name}": initial_state must hold {len(shafts)} angles, then {len(shafts)} speeds, '
             f"all finite, and holds {start.size} numbers: give a list of numbers"
         )
-    return OwnPlant(
-        step=given.step,
-        initial_state=start,
-        shafts=shafts,
-        parameters=getattr(given, "parameters", 0.0),
-        name=str(name),
-    )
+    return OwnPlant(**own | {"initial_state": start, "shafts": shafts, "name": name})
 
 
 def moved(

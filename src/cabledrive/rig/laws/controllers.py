@@ -180,7 +180,6 @@ class DesignSpec:
     motion: Motion
     _: KW_ONLY
     bandwidth: float | None = None  # [Hz]; None: as printed
-    feedback: str = "motor"  # encoder that stands for theta_1 in Models 1 and 3
     adapt: bool = True  # whether estimates move
     best: bool = False  # the gains that trial runs accept, instead of those of the dissertation
     # {"damped", "undamped", "rigid"}: torque and motion that the baselines follow: the exact inverse of the
@@ -189,6 +188,11 @@ class DesignSpec:
     # of the run; for trial runs and the filter
     options: RigOptions = field(default_factory=RigOptions)
     plant: Drive | None = None  # as it is, where that differs; trial runs are on this one
+
+    @property
+    def feedback(self) -> str:
+        """Encoder that stands for theta_1 in Models 1 and 3."""
+        return self.options.feedback
 
     @property
     def interval(self) -> float:

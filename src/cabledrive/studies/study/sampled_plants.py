@@ -46,7 +46,7 @@ class LoadCase:
         """For what laws are designed: encoders with random phases, stick-slip, delay; slack ends a run."""
         near = "motor" if "motor" in controllers.fitted_encoders(self.drive) else "drive"
         options = RigOptions(feedback=near, forbid_slack=True)
-        return DesignSpec(self.drive, self.motion, feedback=near, options=options)
+        return DesignSpec(self.drive, self.motion, options=options)
 
     def law(self, setting: LawSetting) -> Controller:
         """A law at its setting, which has a value."""
