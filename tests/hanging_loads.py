@@ -7,12 +7,7 @@ import numpy as np
 from cabledrive.control.transporter import frozen_poles
 from cabledrive.parameters import Motor
 from cabledrive.reduction.transporter import frozen_frequencies, transporter_of
-from cabledrive.rig.carriage import (
-    MARGIN,
-    CarriageMove,
-    made_law,
-    move_carriage,
-)
+from cabledrive.rig import carriage
 from cabledrive.rig.setting import sample_interval
 
 SPREADS = {
@@ -49,23 +44,25 @@ def drawn(plant, generator):
 
 def residual_motion(drive, law, *, runs=8, seed=0, among=False, gust=0.0):
     """Largest distance from the place of rest at once and two seconds later, shape (2, runs) [m]."""
-    move = CarriageMove(gust=(gust, 1.0, 1.5))
+    move = carriage.CarriageMove(gust=(gust, 1.0, 1.5))
     plant = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     found = []
     for i, generator in enumerate(np.random.default_rng(seed).spawn(runs)):
         actual = drawn(plant, generator) if among else plant
-        run = move_carriage(drive, law, move=move, plant=actual, seed=seed + i)
+        run = carriage.move_carriage(drive, law, move=move, plant=actual, seed=seed + i)
         found.append((run.residual(), run.residual(later=2.0)))
     return np.array(found).T
 
 
 def along_the_way(drive, law, *, positions=41, rigidity=1.0):
     """Largest real part of a pole [1/s] and frequencies [Hz] of the frozen plant at places along the way."""
-    move, interval = CarriageMove(), sample_interval(drive)
+    move, interval = carriage.CarriageMove(), sample_interval(drive)
     design = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     plant = design._replace(axial_rigidity=rigidity * design.axial_rigidity)
-    places = np.linspace(design.start - MARGIN, design.start + move.distance + MARGIN, positions)
-    made = made_law(drive, design, law, move)
+    places = np.linspace(
+        design.start - carriage.MARGIN, design.start + move.distance + carriage.MARGIN, positions
+    )
+    made = carriage.made_law(drive, design, law, move)
     largest = [np.abs(frozen_poles(made, plant, float(x), interval)).max() for x in places]
     hertz = np.array([frozen_frequencies(plant, float(x)) for x in places]) / (2.0 * np.pi)
     return np.log(largest) / interval, hertz

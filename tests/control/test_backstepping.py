@@ -8,17 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from cabledrive.control.backstepping import (
-    PRINTED_HZ,
-    backstepping_numbers,
-    chain_generator,
-    chain_parameters,
-    chain_scales,
-    errors_matrix,
-    law_step,
-    stability_margin,
-    unmatched_parameters,
-)
+from cabledrive.control import backstepping
 from cabledrive.control.backstepping_recursion import (
     backstepping_step,
     work_shape,
@@ -31,7 +21,7 @@ from control_chains import INTERVAL, flat_rows, model, state_of
 from oracles.printed_backstepping import Gains, corrected_backstepping
 
 CHAIN = model(3)
-LAW = backstepping_numbers(CHAIN, PRINTED_HZ, 1e-6, INTERVAL)
+LAW = backstepping.backstepping_numbers(CHAIN, backstepping.PRINTED_HZ, 1e-6, INTERVAL)
 
 
 def command(states, y, estimate):
@@ -44,8 +34,8 @@ def command(states, y, estimate):
 def test_compiled_law_is_the_corrected_law(measured):
     """u and tau of (6.90) and (6.95), mended, at random states and estimates."""
     rng = np.random.default_rng(0)
-    parameters, widths, beta = unmatched_parameters(CHAIN)
-    rate = 2.0 * np.pi * PRINTED_HZ
+    parameters, widths, beta = backstepping.unmatched_parameters(CHAIN)
+    rate = 2.0 * np.pi * backstepping.PRINTED_HZ
     k = Gains(rate, 1.0, rate, 0.0, 1.0, rate, 0.0, 0.0, 1.0, rate, 0.0)
     off = []
     for _ in range(20):
@@ -66,9 +56,9 @@ def test_compiled_law_is_the_corrected_law(measured):
 
 
 SIX_STATES = model(4)
-LAW_OF_SIX = backstepping_numbers(SIX_STATES, 25.0, 1e-12, INTERVAL)
-NOMINAL, WIDTHS = chain_parameters(SIX_STATES)
-S1, S2 = chain_scales(SIX_STATES)
+LAW_OF_SIX = backstepping.backstepping_numbers(SIX_STATES, 25.0, 1e-12, INTERVAL)
+NOMINAL, WIDTHS = backstepping.chain_parameters(SIX_STATES)
+S1, S2 = backstepping.chain_scales(SIX_STATES)
 UNIT = np.array([1.0, 10.0, S1 * 0.01, S1 * 0.3, S2 * 1e-3, S2 * 0.05])
 
 
@@ -98,7 +88,7 @@ def test_compiled_law_is_its_readable_twin(seed):
     kept = state_of(states_of(x), estimate, table=work_shape(3))
     u, z1 = backstepping_command(LAW_OF_SIX, kept, reference, 0)
     given = (x, signals, states_of(x)[3], np.tanh(50.0 * friction))
-    readable, z, _, phi = law_step(LAW_OF_SIX, estimate, *given)
+    readable, z, _, phi = backstepping.law_step(LAW_OF_SIX, estimate, *given)
     assert u == pytest.approx(readable, rel=1e-11)
     assert z1 == pytest.approx(z[0], rel=1e-11)
     expected = np.array(phi).T @ z
@@ -132,7 +122,7 @@ def off_their_dynamics(law, rates_of, p, truth, x, signals, speed, friction):
     """Largest difference of z' from A z - Phi^T p~ over the row's largest term; differences of 60 digits."""
     n = len(x) // 2
     with mpmath.workdps(60):
-        matrix = errors_matrix(law, p, 2 * n)
+        matrix = backstepping.errors_matrix(law, p, 2 * n)
         exact = [np.array([mpmath.mpf(float(v)) for v in a]) for a in (p, truth, x, signals)]
         gains = [
             np.vectorize(lambda v: mpmath.mpf(float(v)), otypes=[object])(a) for a in (law.matrix, law.rows)
@@ -172,7 +162,7 @@ def test_errors_obey_their_dynamics_to_eleven_digits(seed, measured):
 
 def test_poles_of_the_errors_are_the_designed_ones():
     """With cross gains of 1 against 157^2 the six poles stay at 25 Hz."""
-    hertz = np.abs(np.linalg.eigvals(errors_matrix(LAW_OF_SIX, NOMINAL, 6))) / (2 * np.pi)
+    hertz = np.abs(np.linalg.eigvals(backstepping.errors_matrix(LAW_OF_SIX, NOMINAL, 6))) / (2 * np.pi)
     np.testing.assert_allclose(hertz, 25.0, rtol=0.03)
 
 
@@ -181,9 +171,14 @@ def test_condition_holds_without_adaptation_and_fails_with_it():
     time = np.asarray(INTERVAL * np.arange(2500), dtype=np.float64)
     wanted = pulse(0.8, 0.5, 0.0)(time, 6)
     motion = MotionNumbers(np.array(rise_coefficients(9)), np.array([0.8, 0.5, 0.0, 1.0]))
-    reference = reference_table(chain_generator(SIX_STATES, INTERVAL), motion, INTERVAL, len(time))
+    reference = reference_table(
+        backstepping.chain_generator(SIX_STATES, INTERVAL), motion, INTERVAL, len(time)
+    )
     states = joint_motion(flat_output(SIX_STATES), flat_rows(flat_output(SIX_STATES), wanted, INTERVAL))[0]
-    still = backstepping_numbers(SIX_STATES, 25.0, 0.0, INTERVAL)
-    margins = [stability_margin(law, NOMINAL, states[900], reference[900]) for law in (still, LAW_OF_SIX)]
+    still = backstepping.backstepping_numbers(SIX_STATES, 25.0, 0.0, INTERVAL)
+    margins = [
+        backstepping.stability_margin(law, NOMINAL, states[900], reference[900])
+        for law in (still, LAW_OF_SIX)
+    ]
     assert margins[0] == pytest.approx(2 * np.pi * 25.0, rel=0.02)
     assert margins[1] < 0.0, f"observed {margins}"

@@ -11,15 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from cabledrive.control import darc
 from cabledrive.control.bound import printed_uncertainty, robust_conditions, uncertainty
-from cabledrive.control.darc import (
-    Bounds,
-    DarcGains,
-    adaptation_gain,
-    darc_gains,
-    darc_numbers,
-    printed_bounds,
-)
 from cabledrive.control.law_kernels import adapt, law_step
 from cabledrive.control.numbers import K_SIGMA, LawNumbers
 from cabledrive.control.reference import flat_output, joint_motion
@@ -35,9 +28,9 @@ def law_of(number: int, *, damped: bool = False, bandwidth: float = 12.0, **opti
     chain = model(number)
     flat = flat_output(chain, damped=damped)
     y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 2 * chain.size)
-    bounds = printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number])
-    gains = darc_gains(number, bandwidth)
-    return darc_numbers(flat, gains, bounds, flat_rows(flat, y, INTERVAL), INTERVAL, **options)
+    bounds = darc.printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number])
+    gains = darc.darc_gains(number, bandwidth)
+    return darc.darc_numbers(flat, gains, bounds, flat_rows(flat, y, INTERVAL), INTERVAL, **options)
 
 
 def stepped(law, estimate, states, row):
@@ -80,10 +73,10 @@ def test_sigma_obeys_its_dynamics_on_a_damped_row_of_any_length(n):
     chain = row_of(n, rng)
     flat = flat_output(chain)
     nominal = np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
-    bounds = Bounds(nominal=nominal, low=nominal - 1.0, high=nominal + 1.0)
-    gains = DarcGains(bandwidth=80.0, sliding_rate=90.0)
+    bounds = darc.Bounds(nominal=nominal, low=nominal - 1.0, high=nominal + 1.0)
+    gains = darc.DarcGains(bandwidth=80.0, sliding_rate=90.0)
     row = rng.normal(size=2 * n + 3)
-    law = darc_numbers(flat, gains, bounds, row[None, :], INTERVAL)
+    law = darc.darc_numbers(flat, gains, bounds, row[None, :], INTERVAL)
     states, error = 1e-3 * rng.normal(size=2 * n), nominal * rng.uniform(-0.3, 0.3, 4)
     command, sigma, regressor = stepped(law, nominal + error, states, row)
     a, b = state_space(chain)
@@ -152,10 +145,10 @@ def test_reference_through_the_dampers_leads_to_the_wanted_load_angle():
 
 @pytest.mark.kernel
 def test_printed_gains_and_bounds_are_those_of_sections_6_5_1_and_6_6_1():
-    three = printed_bounds(model(3), flexible_joint=False)
+    three = darc.printed_bounds(model(3), flexible_joint=False)
     np.testing.assert_allclose(three.low, [0.00165, 0.0029, 0.035, -0.01], rtol=1e-9)
     np.testing.assert_allclose(three.high, [0.00185, 0.0033, 0.04, 0.01], rtol=1e-9)
-    four = printed_bounds(model(4), flexible_joint=True)
+    four = darc.printed_bounds(model(4), flexible_joint=True)
     np.testing.assert_allclose([four.low[0], four.high[0]], [0.0009, 0.0013], rtol=1e-9)
     beta = 2 * 850 * 0.04**2 / 0.00235
     law = law_of(4, bandwidth=23.0)
@@ -164,8 +157,10 @@ def test_printed_gains_and_bounds_are_those_of_sections_6_5_1_and_6_6_1():
 
 CHAIN = model(4)
 FLAT = flat_output(CHAIN)
-GAINS = darc_gains(4)
-LAW = darc_numbers(FLAT, GAINS, printed_bounds(CHAIN, flexible_joint=True), np.zeros((1, 9)), INTERVAL)
+GAINS = darc.darc_gains(4)
+LAW = darc.darc_numbers(
+    FLAT, GAINS, darc.printed_bounds(CHAIN, flexible_joint=True), np.zeros((1, 9)), INTERVAL
+)
 REST = np.tile([0.0, 0.0, 0.0, 1.0], (20_000, 1))
 
 
@@ -213,10 +208,10 @@ def test_projection_never_raises_the_lyapunov_function(estimate, truth, tau, gai
 
 def test_adaptation_gain_gives_the_second_order_loop_its_damping():
     """Eq. (6.35): the largest phi^T Gamma phi / mu along the reference is k_m^2 / 4, with zeta = 1."""
-    bounds = printed_bounds(model(4), flexible_joint=True)
+    bounds = darc.printed_bounds(model(4), flexible_joint=True)
     regressor = np.random.default_rng(0).normal(size=(50, 4))
-    chosen = DarcGains(bandwidth=100.0, sliding_rate=150.0)
-    gain = adaptation_gain(chosen, bounds, regressor, 1e-6)
+    chosen = darc.DarcGains(bandwidth=100.0, sliding_rate=150.0)
+    gain = darc.adaptation_gain(chosen, bounds, regressor, 1e-6)
     largest = np.max(regressor**2 @ gain) / 1e-6
     assert largest == pytest.approx(150.0**2 / 4.0, rel=1e-12)
     np.testing.assert_allclose(gain / bounds.spread**2, gain[0] / bounds.spread[0] ** 2, rtol=1e-12)
@@ -224,7 +219,7 @@ def test_adaptation_gain_gives_the_second_order_loop_its_damping():
 
 def test_bounds_of_the_offset_do_not_depend_on_its_sign():
     one, other = (
-        printed_bounds(replace(model(3), offsets=(sign * 0.05, 0.0)), flexible_joint=False)
+        darc.printed_bounds(replace(model(3), offsets=(sign * 0.05, 0.0)), flexible_joint=False)
         for sign in (1.0, -1.0)
     )
     assert one.high[3] == other.high[3] == 0.1

@@ -4,16 +4,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from cabledrive.control import linear_laws
 from cabledrive.control.law_kernels import adapt, feedback_command, reference_model_command
-from cabledrive.control.linear_laws import (
-    MARGIN,
-    hinf_gain,
-    l1_law,
-    lq_law,
-    lqi_law,
-    problem,
-    reference_model_law,
-)
 from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.reduction.lumped_chain import state_space
 from control_chains import INTERVAL, model, row_of, state_of
@@ -45,7 +37,7 @@ def test_lqi_feedback_is_the_limit_of_the_optimum_over_ever_longer_times(number)
     weight = np.zeros((2 * n + 1, 2 * n + 1))
     weight[n - 1, n - 1], weight[2 * n, 2 * n] = COUNT**-2, (COUNT * TIME) ** -2
     found = iterated_gain(ad, bd, weight, TORQUE**-2, 5000)[0]
-    row = -lqi_law(chain, COUNT, TORQUE, TIME, INTERVAL).rows[0]
+    row = -linear_laws.lqi_law(chain, COUNT, TORQUE, TIME, INTERVAL).rows[0]
     np.testing.assert_allclose(row, np.roll(found, 1), rtol=1e-5)
 
 
@@ -61,8 +53,8 @@ def worst_gain(a, by_disturbance, outputs, frequencies):
 def test_worst_case_gain_of_the_h_infinity_feedback_is_within_a_margin_of_the_least(seed, measured):
     """A sweep over frequencies: at most gamma, and no LQ feedback goes below gamma without its margin."""
     chain = row_of(2 + seed % 2, np.random.default_rng(seed))
-    a, by_torque, by_disturbance, weight = problem(chain, COUNT, 0.04, TIME)
-    gain, gamma = hinf_gain(a, by_disturbance, by_torque, weight, TORQUE**-2)
+    a, by_torque, by_disturbance, weight = linear_laws.problem(chain, COUNT, 0.04, TIME)
+    gain, gamma = linear_laws.hinf_gain(a, by_disturbance, by_torque, weight, TORQUE**-2)
     frequencies = np.geomspace(1e-2, 1e4, 3000)
 
     def swept(row):
@@ -74,8 +66,8 @@ def test_worst_case_gain_of_the_h_infinity_feedback_is_within_a_margin_of_the_le
     found = swept(gain)
     measured(f"{found / gamma:.3f} of gamma")
     assert found <= gamma * 1.001, f"observed {found:.4g}, gamma {gamma:.4g}"
-    law = lqi_law(chain, COUNT, TORQUE, TIME, 1e-5)
-    assert swept(-law.rows) > gamma / MARGIN * 0.999
+    law = linear_laws.lqi_law(chain, COUNT, TORQUE, TIME, 1e-5)
+    assert swept(-law.rows) > gamma / linear_laws.MARGIN * 0.999
 
 
 LASTING = 0.03
@@ -108,8 +100,8 @@ def load_error(law, torque, number=4):
 @pytest.mark.parametrize("number", [3, 4])
 def test_l1_removes_a_torque_that_lasts_and_the_feedback_alone_does_not(number, measured):
     torque = np.full(SAMPLES, LASTING)
-    alone = load_error(lq_law(model(number), COUNT, TORQUE, INTERVAL), torque, number)
-    removed = load_error(l1_law(model(number), COUNT, TORQUE, 10.0, INTERVAL), torque, number)
+    alone = load_error(linear_laws.lq_law(model(number), COUNT, TORQUE, INTERVAL), torque, number)
+    removed = load_error(linear_laws.l1_law(model(number), COUNT, TORQUE, 10.0, INTERVAL), torque, number)
     measured(f"{abs(removed[-1] / alone[-1]):.1e} of the error is left")
     assert abs(alone[-1]) > 0.3 * COUNT
     assert abs(removed[-1]) < 1e-6 * abs(alone[-1])
@@ -122,7 +114,9 @@ def test_model_reference_adaptation_finds_the_factors_of_a_torque_and_keeps_its_
     functions = np.column_stack((np.sin(7.0 * time), np.cos(13.0 * time), np.ones(len(time))))
     truth = np.array([0.03, -0.02, 0.05])
     high = np.array([0.04, 0.04, 0.045])
-    law = reference_model_law(lq_law(model(4), COUNT, TORQUE, INTERVAL), -high, high, np.ones(3), 2.0 * np.pi)
+    law = linear_laws.reference_model_law(
+        linear_laws.lq_law(model(4), COUNT, TORQUE, INTERVAL), -high, high, np.ones(3), 2.0 * np.pi
+    )
     reference = np.column_stack((np.zeros((len(time), len(a) + 1)), functions))
     x, kept = np.zeros(len(a)), state_of(np.zeros(len(a)))
     for k in range(len(time)):

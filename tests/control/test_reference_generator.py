@@ -3,15 +3,8 @@
 import numpy as np
 import pytest
 
+from cabledrive.control import reference
 from cabledrive.control.numbers import KALMAN, ObserverNumbers
-from cabledrive.control.reference import (
-    TURN,
-    MotionNumbers,
-    flat_generator,
-    flat_output,
-    load_row_numbers,
-    reference_numbers,
-)
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.trajectories import pulse, rise_coefficients
@@ -22,10 +15,10 @@ from control_chains import carried, flat_rows, model
 @pytest.mark.parametrize("number", [1, 3, 4])
 def test_rows_of_a_flat_output_are_those_of_whole_arrays(number, measured):
     """Two pulses of an order at which nothing jumps at an edge, which rounding may put to either side."""
-    flat, interval, order = flat_output(model(number)), 1e-3, 15
+    flat, interval, order = reference.flat_output(model(number)), 1e-3, 15
     numbers = np.array([-20.0, 0.04, 0.01, 2.0])
-    motion = MotionNumbers(coefficients=np.array(rise_coefficients(order)), scalars=numbers)
-    rows = reference_table(flat_generator(flat, interval), motion, interval, 201)
+    motion = reference.MotionNumbers(coefficients=np.array(rise_coefficients(order)), scalars=numbers)
+    rows = reference_table(reference.flat_generator(flat, interval), motion, interval, 201)
     wanted = pulse(-20.0, 0.04, 0.01, pulses=2, order=order)(interval * np.arange(201), 2 * flat.size)
     table = flat_rows(flat, wanted, interval)
     gap = float(np.max(np.abs(rows - table) / np.abs(table).max(axis=0)))
@@ -35,7 +28,7 @@ def test_rows_of_a_flat_output_are_those_of_whole_arrays(number, measured):
 
 def smoothed_sign(speed, weights):
     """Sign of a speed, smoothed evenly to both sides, with derivatives, (rows, samples)."""
-    sign = np.pad(np.tanh(TURN * speed / np.abs(speed).max()), weights.shape[1] // 2, mode="edge")
+    sign = np.pad(np.tanh(reference.TURN * speed / np.abs(speed).max()), weights.shape[1] // 2, mode="edge")
     return np.array([np.convolve(sign, row[::-1], "valid") for row in weights])
 
 
@@ -79,9 +72,9 @@ def test_columns_of_a_law_that_learns_are_those_of_whole_arrays(inertias, measur
         scalars=np.zeros(9),
     )
     white = generator.normal(size=(m, m))
-    load = load_row_numbers(chain, observer, white, turning, interval)
-    numbers = reference_numbers(np.eye(2 * n + 1))._replace(load=load)
-    motion = MotionNumbers(
+    load = reference.load_row_numbers(chain, observer, white, turning, interval)
+    numbers = reference.reference_numbers(np.eye(2 * n + 1))._replace(load=load)
+    motion = reference.MotionNumbers(
         coefficients=np.array(rise_coefficients(4 * n + 1)), scalars=np.array([-0.3, 0.04, 0.01, 2.0])
     )
     rows = reference_table(numbers, motion, interval, 220)

@@ -3,15 +3,10 @@
 import numpy as np
 import pytest
 
+from cabledrive.control import load_schedule
 from cabledrive.control.controller_kernels import new_target_state, start_target, target_step
 from cabledrive.control.law_kernels import feedback_command, learn_from_innovations, reference_model_command
 from cabledrive.control.linear_laws import pd_law
-from cabledrive.control.load_schedule import (
-    ScheduledLaw,
-    grid_place,
-    row_at,
-    scheduled_step,
-)
 from cabledrive.control.numbers import (
     BY_LOAD,
     GAIN,
@@ -35,7 +30,7 @@ RNG = np.random.default_rng(5)
     ("position", "place"), [(0.1, 0.0), (0.35, 0.3), (0.85, 1.3), (1.2, 2.0), (9.0, 3.0)]
 )
 def test_a_position_lies_in_its_cell_of_the_grid_and_is_held_at_its_ends(position, place):
-    assert grid_place(0.2, 0.5, 4, position) == pytest.approx(place)
+    assert load_schedule.grid_place(0.2, 0.5, 4, position) == pytest.approx(place)
 
 
 def test_a_scheduled_sample_is_correct_act_predict_with_interpolated_matrices():
@@ -56,8 +51,10 @@ def test_a_scheduled_sample_is_correct_act_predict_with_interpolated_matrices():
     wanted = reference[1, states] - gain @ (corrected[:states] - reference[1, :states])
     for limit in (2.0 * abs(wanted), 0.5 * abs(wanted)):
         force, kept = np.clip(wanted, -limit, limit), estimate.copy()
-        law = ScheduledLaw(np.array([0.2, 0.5, 0.9]), feedback, correction, transition, drive, limit)
-        found = scheduled_step(law, kept, readings, reference, 1, np.zeros(size))
+        law = load_schedule.ScheduledLaw(
+            np.array([0.2, 0.5, 0.9]), feedback, correction, transition, drive, limit
+        )
+        found = load_schedule.scheduled_step(law, kept, readings, reference, 1, np.zeros(size))
         assert found == pytest.approx(force, rel=1e-12)
         expected = go @ corrected + push * (force - reference[1, states + 1])
         np.testing.assert_allclose(kept, expected, rtol=1e-11)
@@ -73,11 +70,11 @@ def test_a_filter_takes_in_readings_with_the_gain_of_the_announced_load():
     observer = ObserverNumbers(BY_LOAD, chosen, np.zeros(2, int), np.zeros((12, 8)), output, gains, scalars)
     for told in (9.0, 1.0 / 0.55, 1.0 / 0.85, 0.9):
         place = min(max((1.0 / told - first) / step, 0.0), points - 1.0)
-        assert grid_place(first, step, points, 1.0 / told) == pytest.approx(place)
+        assert load_schedule.grid_place(first, step, points, 1.0 / told) == pytest.approx(place)
         gain = np.array(
             [[np.interp(place, range(points), gains[:, i, j]) for j in range(2)] for i in range(4)]
         )
-        assert row_at(gains[:, :, 0].copy(), place, 3) == pytest.approx(gain[3, 0], rel=1e-12)
+        assert load_schedule.row_at(gains[:, :, 0].copy(), place, 3) == pytest.approx(gain[3, 0], rel=1e-12)
         begun, readings = RNG.normal(size=4), RNG.normal(size=2)
         estimate, states, scratch = begun.copy(), np.zeros(2), np.zeros(2)
         correct(observer, place, estimate, readings, states, scratch)

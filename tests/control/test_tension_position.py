@@ -5,14 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import lsq_linear
 
-from cabledrive.control.tension_position import (
-    PREFERENCE,
-    TensionGains,
-    allocate,
-    first_state,
-    place_answers,
-    step,
-)
+from cabledrive.control import tension_position
 from cabledrive.reduction.two_motors_kernels import TwoMotors
 
 PAIR = TwoMotors(  # a mass on a rail between two winches 8 m apart
@@ -36,7 +29,7 @@ PAIR = TwoMotors(  # a mass on a rail between two winches 8 m apart
     limit=np.array([40.0, 40.0]),
 )
 REST = np.array([100.0, 100.0])
-GAINS = TensionGains(
+GAINS = tension_position.TensionGains(
     machine=PAIR,
     low=np.array([30.0, 30.0]),
     high=np.array([300.0, 300.0]),
@@ -52,8 +45,8 @@ GAINS = TensionGains(
 
 @pytest.mark.kernel("cabledrive.control.tension_position")
 def test_at_rest_each_motor_holds_its_line():
-    state = first_state(GAINS, REST)
-    following, torque = step(GAINS, state, np.array([0.0, 0.0, *REST]), np.zeros(5))
+    state = tension_position.first_state(GAINS, REST)
+    following, torque = tension_position.step(GAINS, state, np.array([0.0, 0.0, *REST]), np.zeros(5))
     np.testing.assert_allclose(torque, PAIR.drum * REST, rtol=1e-12)
     np.testing.assert_allclose(following, state, atol=1e-9)
 
@@ -61,11 +54,13 @@ def test_at_rest_each_motor_holds_its_line():
 @pytest.mark.kernel("cabledrive.control.tension_position")
 def test_no_measurement_and_no_reference_takes_the_wanted_tension_outside_its_limits():
     """Two equal lags of a bounded signal stay within its bounds."""
-    rng, state = np.random.default_rng(3), first_state(GAINS, REST)
+    rng, state = np.random.default_rng(3), tension_position.first_state(GAINS, REST)
     reshaped = 0.0
     for _ in range(300):
         wild = np.concatenate([rng.normal(0.0, 0.5, 2), rng.normal(100.0, 300.0, 2)])
-        state, torque = step(GAINS, state, wild, rng.normal(0.0, [0.1, 1.0, 50.0, 100.0, 100.0]))
+        state, torque = tension_position.step(
+            GAINS, state, wild, rng.normal(0.0, [0.1, 1.0, 50.0, 100.0, 100.0])
+        )
         lags, asked = state[3:7], state[10:12]
         inside = np.concatenate([lags, asked])
         assert np.abs(inside - 165.0).max() <= 135.0 + 1e-9, inside
@@ -84,8 +79,8 @@ def test_allocation_is_the_bounded_least_squares_solution(m):
         low = rng.uniform(10.0, 100.0, 2)
         high, preferred = low + rng.uniform(50.0, 500.0, 2), rng.uniform(50.0, 400.0, 2)
         force, found = rng.normal(0.0, 300.0, m), np.zeros(2)
-        allocate(force, mass, along, low, high, preferred, found)
-        weight = np.sqrt(PREFERENCE * np.max((along / mass) ** 2))
+        tension_position.allocate(force, mass, along, low, high, preferred, found)
+        weight = np.sqrt(tension_position.PREFERENCE * np.max((along / mass) ** 2))
         matrix = np.vstack([(along / mass).T, weight * np.eye(2)])
         wanted = np.concatenate([-force / mass, weight * preferred])
         best = lsq_linear(matrix, wanted, (low, high), method="bvls", tol=1e-14)
@@ -143,7 +138,7 @@ def pulse_answer(kind):
 )
 def test_the_worst_disturbance_reaches_the_bound_and_none_exceeds_it(kind, name):
     """The signs of the answer, backwards in time."""
-    bound = getattr(place_answers(POSITION, LAG, OBSERVER), name)
+    bound = getattr(tension_position.place_answers(POSITION, LAG, OBSERVER), name)
     time, answer = pulse_answer(kind)
     signs = np.sign(answer)[::-1]
     worst = np.abs(error_of(time, **{kind: lambda s: signs[min(int(s / time[1]), len(signs) - 1)]})).max()
@@ -155,4 +150,6 @@ def test_the_worst_disturbance_reaches_the_bound_and_none_exceeds_it(kind, name)
 def test_white_noise_goes_through_the_square_of_the_answer(kind, name):
     time, answer = pulse_answer(kind)
     expected = np.sqrt(np.trapezoid(answer**2, time))
-    assert getattr(place_answers(POSITION, LAG, OBSERVER), name) == pytest.approx(expected, rel=0.01)
+    assert getattr(tension_position.place_answers(POSITION, LAG, OBSERVER), name) == pytest.approx(
+        expected, rel=0.01
+    )

@@ -11,20 +11,13 @@ from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 from scipy import signal
 from scipy.stats import binom
 
-from cabledrive.identification import signals
+from cabledrive.identification import estimates, signals
 from cabledrive.identification.axis.answer import IdentifyOptions
 from cabledrive.identification.axis.axis import LAG, AxisOptions, _without_lag, axis_of, stacked
 from cabledrive.identification.axis.check import moved_back, torque_delay
 from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
 from cabledrive.identification.axis.simulated import whitened, whitener, with_own_error
 from cabledrive.identification.axis.timing import given_timing
-from cabledrive.identification.estimates import (
-    factor,
-    joined,
-    merged,
-    solve,
-    suited_segments,
-)
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import identify
 from cabledrive.identification.planning import low_crest_multisine, multisine_lines, sum_of_sines
@@ -481,11 +474,14 @@ def coloured(rng, rows=6000, pole=0.9):
 def test_segments_give_the_estimate_of_all_rows():
     phi, y = coloured(np.random.default_rng(1))
     direct = np.linalg.lstsq(phi, y, rcond=None)[0]
-    parts = joined(
-        [factor(phi[:2500], y[:2500], NAMES_SOLVED, 7), factor(phi[2500:], y[2500:], NAMES_SOLVED, 11)]
+    parts = estimates.joined(
+        [
+            estimates.factor(phi[:2500], y[:2500], NAMES_SOLVED, 7),
+            estimates.factor(phi[2500:], y[2500:], NAMES_SOLVED, 11),
+        ]
     )
-    for factors in (parts, merged(parts, 4)):
-        fit = solve(factors)
+    for factors in (parts, estimates.merged(parts, 4)):
+        fit = estimates.solve(factors)
         np.testing.assert_allclose(fit.values, direct, rtol=1e-11)
         assert fit.residual == pytest.approx(np.sqrt(np.mean((y - phi @ direct) ** 2)), rel=1e-10)
         assert fit.condition == pytest.approx(np.linalg.cond(phi), rel=1e-9)
@@ -497,7 +493,7 @@ def test_intervals_of_coloured_residuals_cover_as_they_say():
     inside = []
     for _ in range(300):
         phi, y = coloured(rng, rows=3000)
-        fit = solve(suited_segments(factor(phi, y, NAMES_SOLVED, 240)))
+        fit = estimates.solve(estimates.suited_segments(estimates.factor(phi, y, NAMES_SOLVED, 240)))
         inside.append(np.abs(fit.values - TRUE) < fit.half_width())
     share = np.mean(inside)
     assert 0.925 < share < 0.975, f"observed {share:.3f}"

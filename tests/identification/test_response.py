@@ -6,31 +6,8 @@ import numpy as np
 import pytest
 from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
 
+from cabledrive.identification import planning, response_models, signals
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
-from cabledrive.identification.planning import (
-    AxisGuess,
-    Instruments,
-    crest_factor,
-    largest_amplitude,
-    low_crest_multisine,
-    multisine_lines,
-    plan_test,
-    random_multisine,
-    resonance_warnings,
-)
-from cabledrive.identification.response_models import (
-    amplifier_response,
-    chain_for,
-    choose_model,
-    fit_amplifier,
-    fit_response,
-    identify_amplifier,
-)
-from cabledrive.identification.signals import (
-    FrequencyResponse,
-    difference,
-    response_by_segments,
-)
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.rig.experiment import (
@@ -44,7 +21,7 @@ from cabledrive.rig.virtual_rig import Imperfections, rig_of, run_rig
 from command import answer, call, object_of
 
 RATE, PERIOD = 2000.0, 2000
-LINES = multisine_lines(PERIOD, RATE, 1.0, 250.0, odd=True)
+LINES = planning.multisine_lines(PERIOD, RATE, 1.0, 250.0, odd=True)
 TRUE = {
     "motor_inertia": 0.0011,
     "drive_inertia": 0.000642,
@@ -70,25 +47,25 @@ def through(values, response):
 
 
 def drive(frequency):
-    return speed_response(chain_for(4, TRUE, RADIUS), 2 * np.pi * frequency)
+    return speed_response(response_models.chain_for(4, TRUE, RADIUS), 2 * np.pi * frequency)
 
 
 def periodic(periods, noise, seed, response=drive):
     rng = np.random.default_rng(seed)
-    u = low_crest_multisine(PERIOD, LINES)
+    u = planning.low_crest_multisine(PERIOD, LINES)
     y = np.tile(through(u, response), periods)
     return np.tile(u, periods), y + noise * rng.normal(size=y.size)
 
 
 def test_crest_reduction_beats_the_best_of_ten_draws():
-    low = low_crest_multisine(PERIOD, LINES)
-    drawn = random_multisine(PERIOD, LINES, 10, np.random.default_rng(0))
-    crests = crest_factor(low), crest_factor(drawn)
+    low = planning.low_crest_multisine(PERIOD, LINES)
+    drawn = planning.random_multisine(PERIOD, LINES, 10, np.random.default_rng(0))
+    crests = planning.crest_factor(low), planning.crest_factor(drawn)
     assert crests[0] < 1.6 < crests[1], crests
     spectrum = np.abs(np.fft.rfft(low))
     silent = np.setdiff1d(np.arange(spectrum.size), LINES)
     assert spectrum[silent].max() < 1e-9 * spectrum[LINES].min()
-    assert crest_factor(np.ones(3)) == 1.0
+    assert planning.crest_factor(np.ones(3)) == 1.0
 
 
 def by_periods(u, y, period=PERIOD, rate=RATE, lines=LINES, skipped=1):
@@ -97,7 +74,7 @@ def by_periods(u, y, period=PERIOD, rate=RATE, lines=LINES, skipped=1):
     h = y.mean(axis=0) / u.mean(axis=0)
     deviation = (y - h * u).std(axis=0, ddof=1) / np.sqrt(len(y)) / np.abs(u.mean(axis=0))
     ones = np.ones(lines.size)
-    return FrequencyResponse(
+    return signals.FrequencyResponse(
         frequency=lines * rate / period, response=h, deviation=deviation, coherence=ones, averages=len(y)
     )
 
@@ -116,7 +93,7 @@ def noisy(noise_in, noise_out, seed=3, seconds=200):
 @pytest.mark.parametrize("estimator, noise_in, noise_out", [("H1", 0.0, 0.05), ("H2", 0.5, 0.0)])
 def test_each_estimator_is_unbiased_under_the_noise_it_is_made_for(estimator, noise_in, noise_out):
     u, y = noisy(noise_in, noise_out)
-    found = response_by_segments(u, y, 1 / RATE, estimator=estimator).between(2.0, 40.0)
+    found = signals.response_by_segments(u, y, 1 / RATE, estimator=estimator).between(2.0, 40.0)
     ratio = np.mean(found.response / first_order(found.frequency))
     assert abs(ratio - 1) < 0.02, f"{ratio:.4f}"
 
@@ -127,7 +104,7 @@ def noisy_response(noise, seed=0, periods=10):
 
 
 def test_model_4_is_recovered_from_its_own_response(measured):
-    fit = fit_response(noisy_response(1e-9), 4, ROUGH, radius=RADIUS)
+    fit = response_models.fit_response(noisy_response(1e-9), 4, ROUGH, radius=RADIUS)
     measured(f"worst {max(abs(fit[name] / value - 1.0) for name, value in TRUE.items()):.1e} relative")
     for name, value in TRUE.items():
         assert fit[name] == pytest.approx(value, rel=1e-5), name
@@ -137,7 +114,7 @@ def test_intervals_of_the_fit_cover_as_they_say():
     """95 % of 20 noisy responses, eight parameters each."""
     inside = []
     for seed in range(20):
-        fit = fit_response(noisy_response(0.5, seed), 4, ROUGH, radius=RADIUS)
+        fit = response_models.fit_response(noisy_response(0.5, seed), 4, ROUGH, radius=RADIUS)
         inside += [low < TRUE[n] < high for n, low, high in ((n, *fit.bounds(n)) for n in fit.names)]
     assert 0.89 < np.mean(inside) < 0.995, f"observed {np.mean(inside):.3f}"
 
@@ -155,19 +132,19 @@ def lumped(model):
 
 @pytest.mark.parametrize("model", [1, 2, 3, 4])
 def test_the_model_that_made_the_response_is_chosen(model, measured):
-    chain = chain_for(model, lumped(model), RADIUS)
+    chain = response_models.chain_for(model, lumped(model), RADIUS)
     u, y = periodic(8, 0.3, model, response=lambda f: speed_response(chain, 2 * np.pi * f))
     response = by_periods(u, y)
     known = ROUGH | {name: TRUE[name] for name in TRUE if name.endswith("inertia")}
-    choice = choose_model(response, known, radius=RADIUS, inertias_known=True)
+    choice = response_models.choose_model(response, known, radius=RADIUS, inertias_known=True)
     measured(f"Model {choice.model} chosen")
     assert choice.model == model
 
 
 def test_models_2_and_3_are_alike_from_the_motor():
-    chain = chain_for(3, lumped(3), RADIUS)
+    chain = response_models.chain_for(3, lumped(3), RADIUS)
     u, y = periodic(8, 0.3, 3, response=lambda f: speed_response(chain, 2 * np.pi * f))
-    assert choose_model(by_periods(u, y), ROUGH, radius=RADIUS).model in (2, 3)
+    assert response_models.choose_model(by_periods(u, y), ROUGH, radius=RADIUS).model in (2, 3)
 
 
 def resonance(seconds, frequency=9.8, damping=0.02, rate=500.0):
@@ -185,7 +162,7 @@ def test_a_sweep_keeps_the_records_in_which_it_passes_the_resonance(noise, measu
     """Peak of 25 at 9.8 Hz: within a line of 0.125 Hz and what windows of 8 s can show of it."""
     u, move = resonance(120.0)
     y = move(u) + noise * np.random.default_rng(3).normal(size=u.size)
-    found = response_by_segments(u, y, 0.002, (8.0, 6.0)).between(0.5, 40.0)
+    found = signals.response_by_segments(u, y, 0.002, (8.0, 6.0)).between(0.5, 40.0)
     peak = int(np.argmax(found.magnitude))
     message = (
         f"{found.magnitude[peak]:.2f} at {found.frequency[peak]:.3f} Hz, {found.left_out} records left out"
@@ -203,12 +180,12 @@ def test_a_blow_beside_a_sweep_is_left_out_with_its_time_and_kept_on_request():
     blow[35_000:35_010] = np.hanning(10)
     blow *= 2.0 * np.abs(move(u)).max() / np.abs(move(blow)).max()
     y = move(u + blow) + 0.01 * np.random.default_rng(3).normal(size=u.size)
-    found = response_by_segments(u, y, 0.002, (2.0, 1.0))
+    found = signals.response_by_segments(u, y, 0.002, (2.0, 1.0))
     assert 1 <= found.left_out <= 3, found.blows
     for record in found.blows:
         assert record.start <= 70.02, found.blows
         assert record.end >= 70.0, found.blows
-    assert response_by_segments(u, y, 0.002, (2.0, 1.0), robust=False).left_out == 0
+    assert signals.response_by_segments(u, y, 0.002, (2.0, 1.0), robust=False).left_out == 0
 
 
 def test_a_response_from_a_file_is_averaged_without_its_outliers(tmp_path):
@@ -273,9 +250,9 @@ GAIN = 10 ** (4.2 / 20)
 def noisy_amplifier(seed, bandwidth=800.0, delay=1.5e-4, noise=0.01):
     rng = np.random.default_rng(seed)
     frequency = np.linspace(5.0, 500.0, 120)
-    exact = amplifier_response(frequency, GAIN, bandwidth, delay)
+    exact = response_models.amplifier_response(frequency, GAIN, bandwidth, delay)
     parts = rng.normal(size=(2, frequency.size)) * noise / np.sqrt(2)
-    return FrequencyResponse(
+    return signals.FrequencyResponse(
         frequency=frequency,
         response=exact + parts[0] + 1j * parts[1],
         deviation=np.full(frequency.size, noise),
@@ -285,7 +262,7 @@ def noisy_amplifier(seed, bandwidth=800.0, delay=1.5e-4, noise=0.01):
 
 
 def test_a_lag_far_above_the_band_gets_no_number_but_a_bound():
-    fit = fit_amplifier(noisy_amplifier(3, bandwidth=1e6, noise=0.02))
+    fit = response_models.fit_amplifier(noisy_amplifier(3, bandwidth=1e6, noise=0.02))
     assert np.isnan(fit.bandwidth.value)
     assert fit.bandwidth.low > 500.0
     assert "constant gain" in fit.findings[0]
@@ -296,7 +273,7 @@ def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log(measured):
     """4.2 dB and 1 kHz, from 4 s of 1,000 sines at 5 kHz."""
     rig, rng = rig_of(load_drive("dissertation-3"), 4), np.random.default_rng(2015)
     log = run_rig(rig, response_command(rng, duration=4.0), rng)
-    fit = identify_amplifier(log)
+    fit = response_models.identify_amplifier(log)
     gain = fit.gain
     measured(
         f"{fit.decibels:.3f} dB, {gain.value:.4f} ({gain.low:.4f} to {gain.high:.4f}) N m/V, "
@@ -307,7 +284,7 @@ def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log(measured):
     assert fit.decibels == pytest.approx(4.2, abs=0.01)
     assert fit.bandwidth.value == pytest.approx(1000.0, rel=0.05), fit.bandwidth
     slower = replace(rig, imperfections=replace(rig.imperfections, current_bandwidth=300.0))
-    fit = identify_amplifier(run_rig(slower, response_command(rng, duration=4.0), rng))
+    fit = response_models.identify_amplifier(run_rig(slower, response_command(rng, duration=4.0), rng))
     assert fit.bandwidth.value == pytest.approx(300.0, rel=0.05), fit.bandwidth
 
 
@@ -326,7 +303,7 @@ def amplifiers(seeds):
         padded = np.concatenate([np.full(2, torque[0]), torque, np.full(2, torque[-1])])
         logged = np.convolve(padded, weights, "valid")[::4] + 0.006 * rng.normal(size=command.size)
         channels = {"command_voltage": command, "torque": logged}
-        fit = identify_amplifier(log_of(np.arange(command.size) / 5000.0, channels, {}))
+        fit = response_models.identify_amplifier(log_of(np.arange(command.size) / 5000.0, channels, {}))
         truth = ((fit.gain, GAIN), (fit.bandwidth, 1000.0))
         held += [estimate.low <= value <= estimate.high for estimate, value in truth]
         off.append([estimate.value - value for estimate, value in truth])
@@ -363,10 +340,10 @@ ROUGH_TABLE = {
 def measured_response(periods):
     """Odd lines of 0.5 Hz spacing up to 250 Hz; a constant part keeps the shaft turning one way."""
     rng = np.random.default_rng(SEED)
-    lines = multisine_lines(PERIOD_TABLE, RATE_TABLE, 1.0, 250.0, odd=True)
-    command = 0.12 + 0.3 * np.tile(low_crest_multisine(PERIOD_TABLE, lines), periods)
+    lines = planning.multisine_lines(PERIOD_TABLE, RATE_TABLE, 1.0, 250.0, odd=True)
+    command = 0.12 + 0.3 * np.tile(planning.low_crest_multisine(PERIOD_TABLE, lines), periods)
     log = run_rig(rig_of(load_drive("dissertation-3"), 4), command, rng)
-    speed = difference(log.channel("angle"), log.interval)
+    speed = signals.difference(log.channel("angle"), log.interval)
     # The log holds the mean of the torque over each interval, which lowers a line by its sinc.
     mean = np.sinc(np.arange(PERIOD_TABLE // 2 + 1) / PERIOD_TABLE)
     torque = log.channel("torque").reshape(periods, PERIOD_TABLE)
@@ -381,7 +358,7 @@ def response():
 
 def test_table_6_2_lies_inside_its_intervals(response, measured):
     """Every printed value inside its 99.9 % interval, at seed 2015; inertias known from the bench tests."""
-    fit = fit_response(response, 4, ROUGH_TABLE, radius=RADIUS_TABLE, fixed=INERTIAS)
+    fit = response_models.fit_response(response, 4, ROUGH_TABLE, radius=RADIUS_TABLE, fixed=INERTIAS)
     bounds = {name: fit.bounds(name, 0.999) for name in PRINTED}
     measured(", ".join(f"{n} {fit[n]:.5g} ({low:.5g} to {high:.5g})" for n, (low, high) in bounds.items()))
     assert 0.8 < fit.misfit < 1.5, f"{fit.misfit:.3f}"
@@ -392,14 +369,16 @@ def test_table_6_2_lies_inside_its_intervals(response, measured):
 
 
 def test_model_4_is_chosen_over_1_to_3(response, measured):
-    choice = choose_model(response, ROUGH_TABLE, radius=RADIUS_TABLE, inertias_known=True)
+    choice = response_models.choose_model(response, ROUGH_TABLE, radius=RADIUS_TABLE, inertias_known=True)
     measured(f"Model {choice.model} chosen")
     assert choice.model == 4
 
 
 # --- The intervals that a test will give are computed before it is run
 TEST = replace(BENCH_TESTS[1], duration=12.0)
-GUESS = AxisGuess(inertia=TEST.inertia, viscous=TEST.viscous, coulomb=TEST.coulomb, offset=TEST.offset)
+GUESS = planning.AxisGuess(
+    inertia=TEST.inertia, viscous=TEST.viscous, coulomb=TEST.coulomb, offset=TEST.offset
+)
 TORQUE = TORQUE_PER_VOLT * bench_command(TEST, np.random.default_rng(1))
 
 
@@ -412,8 +391,12 @@ def spread(test, noise, repeats):
         log = run_rig(rig, command, np.random.default_rng(seed))
         one = axis_of([log], AxisOptions(bandwidth=20.0, lag=False)).regressed()
         found.append([one[name] for name in one.parameters])
-    guess = AxisGuess(inertia=test.inertia, viscous=test.viscous, coulomb=test.coulomb, offset=test.offset)
-    plan = plan_test(TORQUE_PER_VOLT * command, 1e-3, guess, Instruments(torque_noise=noise, bandwidth=20.0))
+    guess = planning.AxisGuess(
+        inertia=test.inertia, viscous=test.viscous, coulomb=test.coulomb, offset=test.offset
+    )
+    plan = planning.plan_test(
+        TORQUE_PER_VOLT * command, 1e-3, guess, planning.Instruments(torque_noise=noise, bandwidth=20.0)
+    )
     return np.std(found, axis=0, ddof=1) / np.array(list(plan.standard_errors.values()))
 
 
@@ -435,11 +418,11 @@ def test_predicted_standard_errors_of_every_bench_test(test, measured):
 
 def test_limits_are_kept_by_the_largest_amplitude_and_named_when_passed():
     limits = {"torque": 0.6, "speed": 25.0, "stroke": 6.0}
-    scale = largest_amplitude(TORQUE, 1e-3, GUESS, limits)
-    peaks = plan_test(scale * TORQUE, 1e-3, GUESS, limits=limits).peaks
+    scale = planning.largest_amplitude(TORQUE, 1e-3, GUESS, limits)
+    peaks = planning.plan_test(scale * TORQUE, 1e-3, GUESS, limits=limits).peaks
     shares = [peaks[name] / limit for name, limit in limits.items()]
     assert max(shares) == pytest.approx(1.0, rel=1e-3), shares
-    passed = plan_test(1.2 * scale * TORQUE, 1e-3, GUESS, limits=limits).findings
+    passed = planning.plan_test(1.2 * scale * TORQUE, 1e-3, GUESS, limits=limits).findings
     assert any("above its limit" in finding for finding in passed), passed
 
 
@@ -449,7 +432,7 @@ def test_a_line_on_the_pulley_mode_of_a_tuned_drive_is_warned_of_above_its_thres
     drive, time = load_drive("dissertation-2", overrides=settings), np.arange(8000) / 1000.0
 
     def warned(frequency, amplitude):
-        return resonance_warnings(drive, amplitude * np.sin(2 * np.pi * frequency * time), 1000.0)
+        return planning.resonance_warnings(drive, amplitude * np.sin(2 * np.pi * frequency * time), 1000.0)
 
     measured("; ".join(warned(81.74, 2e-3)) + f"; {len(warned(81.74, 4e-4))} warnings of 0.4 mN m")
     assert "would drive the 1:2 resonance" in warned(81.74, 2e-3)[0]
@@ -489,7 +472,7 @@ BLIND = {"motor_encoder": None, "drive_encoder": None, "load_encoder": None}
 @pytest.mark.parametrize(
     ("planned", "words"),
     [
-        (lambda: plan_test(0.05 * TORQUE, 1e-3, GUESS), "does not move the axis"),
+        (lambda: planning.plan_test(0.05 * TORQUE, 1e-3, GUESS), "does not move the axis"),
         (lambda: plan_experiment(without(motor_encoder=None), SHORT), r"sensors\.motor_encoder is missing"),
         (lambda: experiment(without(), SHORT, seed=-1), "seed = -1 must not be negative"),
         (lambda: rig_of(without(**BLIND), 1), "no encoder on motor"),

@@ -4,22 +4,14 @@ import numpy as np
 import pytest
 from reproduction import expanded_equations
 
-from cabledrive.mechanics.cable_laws import (
-    LAWS,
-    ConsistentWeakLaw,
-    ExactLaw,
-    LinearLaw,
-    WeakLaw,
-    cable_law,
-    without_pushing,
-)
+from cabledrive.mechanics import cable_laws
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 
 DENSITY = 0.49e-3
 TAUT = {"pretension": 3.26, "axial_rigidity": 379.6}
 SEEDS = range(20)
-LAW_NAMES = sorted(LAWS)
+LAW_NAMES = sorted(cable_laws.LAWS)
 
 
 def smooth_fields(seed, steepest):
@@ -48,7 +40,7 @@ def conservative_form(law, fields, x):
 @pytest.mark.parametrize("steepest", [1e-4, 0.02, 0.3])
 def test_equations_written_out_equal_the_conservative_form(name, steepest, measured):
     """(2.15)-(2.17), (2.23)-(2.25), (3.7): d/dx of the tension over rho, on random smooth fields."""
-    law, x, errors = LAWS[name](**TAUT), np.linspace(0.0, 1.0, 101), {}
+    law, x, errors = cable_laws.LAWS[name](**TAUT), np.linspace(0.0, 1.0, 101), {}
     for seed in SEEDS:
         fields = smooth_fields(seed, steepest)
         printed = expanded_equations.accelerations(law, DENSITY, fields(1, x), fields(2, x))
@@ -60,7 +52,9 @@ def test_equations_written_out_equal_the_conservative_form(name, steepest, measu
         assert error < 1e-12, f"{axis} of field {seed}: relative error {error:.2e}"
 
 
-@pytest.mark.parametrize("law", [ExactLaw(**TAUT), ConsistentWeakLaw(**TAUT), LinearLaw(**TAUT)])
+@pytest.mark.parametrize(
+    "law", [cable_laws.ExactLaw(**TAUT), cable_laws.ConsistentWeakLaw(**TAUT), cable_laws.LinearLaw(**TAUT)]
+)
 def test_components_are_the_derivative_of_the_energy(law):
     """A law with a potential: excess components are d(energy density)/d(gradient), by a complex step."""
     rng = np.random.default_rng(3)
@@ -93,8 +87,8 @@ def test_the_printed_weak_form_has_no_potential():
     """Curl of the printed components: -EA u' v' / (1 + lambda)^2; the consistent truncation has none."""
     strain = 0.01 + 0.5 * 0.02**2
     expected = -TAUT["axial_rigidity"] * 0.01 * 0.02 / (1.0 + strain) ** 2
-    assert circulation(WeakLaw(**TAUT), 1e-3) == pytest.approx(expected, rel=1e-4)
-    assert abs(circulation(ConsistentWeakLaw(**TAUT), 1e-3)) < 1e-5 * abs(expected)
+    assert circulation(cable_laws.WeakLaw(**TAUT), 1e-3) == pytest.approx(expected, rel=1e-4)
+    assert abs(circulation(cable_laws.ConsistentWeakLaw(**TAUT), 1e-3)) < 1e-5 * abs(expected)
 
 
 @pytest.mark.parametrize("name", LAW_NAMES)
@@ -102,11 +96,11 @@ def test_the_printed_weak_form_has_no_potential():
 def test_the_stiffness_matrix_is_the_derivative_of_the_components(name, tension_only):
     if name == "linear" and tension_only:
         pytest.skip("a linear cable cannot go slack")
-    law = LAWS[name](**TAUT)
-    law = without_pushing(law) if tension_only else law
+    law = cable_laws.LAWS[name](**TAUT)
+    law = cable_laws.without_pushing(law) if tension_only else law
     gradients = np.random.default_rng(5).uniform(-0.1, 0.1, (3, 100))
     matrix = law.stiffness_matrix(*gradients)
-    taut = LAWS[name](**TAUT)
+    taut = cable_laws.LAWS[name](**TAUT)
     slack = taut.strain(*gradients) < law.slack_strain
     for column in range(3):
         stepped = gradients.astype(complex)
@@ -120,7 +114,7 @@ def test_the_stiffness_matrix_is_the_derivative_of_the_components(name, tension_
 
 def test_the_exact_law_does_not_see_a_rotation():
     """Turning a segment as a whole turns its tension with it and leaves its energy alone."""
-    law = ExactLaw(**TAUT)
+    law = cable_laws.ExactLaw(**TAUT)
     angle, stretch = np.linspace(0.0, 1.2, 25), 1.004
     gradients = stretch * np.cos(angle) - 1.0, np.zeros_like(angle), stretch * np.sin(angle)
     x, _, z = law.components(*gradients)
@@ -133,7 +127,7 @@ def test_small_displacements_keep_their_digits():
     """A gradient of 1e-9 gives its linear tension to 1e-8: no digits are lost against the pretension."""
     u_x, v_x, w_x = (np.array([g]) for g in (1e-9, 2e-9, -1e-9))
     for name in LAW_NAMES:
-        law = LAWS[name](**TAUT)
+        law = cable_laws.LAWS[name](**TAUT)
         x, y, z = law.excess_components(u_x, v_x, w_x)
         np.testing.assert_allclose(x, law.stiffness * u_x, rtol=1e-8)
         np.testing.assert_allclose(np.hstack([y, z]), law.pretension * np.hstack([v_x, w_x]), rtol=1e-6)
@@ -141,7 +135,7 @@ def test_small_displacements_keep_their_digits():
 
 @pytest.mark.parametrize("name", ["exact", "weak", "weak-consistent"])
 def test_a_slack_cable_carries_nothing_and_keeps_its_energy(name):
-    law = without_pushing(LAWS[name](**TAUT))
+    law = cable_laws.without_pushing(cable_laws.LAWS[name](**TAUT))
     u_x = np.array([1.5, 2.0]) * law.slack_strain
     zero = np.zeros(2)
     for part in law.components(u_x, zero, zero):
@@ -154,7 +148,9 @@ def test_a_slack_cable_carries_nothing_and_keeps_its_energy(name):
 def test_an_unknown_law_and_a_slack_linear_cable_are_refused():
     cable = Cable(youngs_modulus=2.6e9, area=1.46e-7, mass_per_length=DENSITY, pretension=3.0)
     with pytest.raises(InputRefused, match='model = "cubic" is no cable law'):
-        cable_law(cable, "cubic")
+        cable_laws.cable_law(cable, "cubic")
     with pytest.raises(InputRefused, match="cannot go slack"):
-        cable_law(cable, "linear", tension_only=True)
-    assert cable_law(cable).stiffness == pytest.approx(cable.axial_rigidity * (1.0 + cable.prestrain))
+        cable_laws.cable_law(cable, "linear", tension_only=True)
+    assert cable_laws.cable_law(cable).stiffness == pytest.approx(
+        cable.axial_rigidity * (1.0 + cable.prestrain)
+    )

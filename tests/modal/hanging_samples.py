@@ -5,17 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from cabledrive.mechanics.network import statics_of
-from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.parts import (
-    Anchor,
-    Body,
-    Rope,
-    Route,
-    RoutedCarriage,
-    RoutedMotor,
-    RoutedPulley,
-    RouteLayout,
-)
+from cabledrive.parameters.route import RoutedDrive, parts
 from oracles.route_fem import Kinematics, places
 
 GRAVITY = 9.81
@@ -37,7 +27,7 @@ def random_machine(rng, steepest):
     drum = bool(rng.random() < 0.5)
     rope_mass = density * steps.mean()
     pulleys = [
-        RoutedPulley(
+        parts.RoutedPulley(
             name=f"wheel {i}",
             at=(x[i], y[i]),
             radius=radii[i],
@@ -46,8 +36,8 @@ def random_machine(rng, steepest):
         for i in range(1, wheels + 1)
     ]
     end = (x[-1], y[-1])
-    last = RoutedPulley(name="drum", at=end, radius=radii[0], inertia=0.1 * rope_mass * radii[0] ** 2)
-    body = Body(
+    last = parts.RoutedPulley(name="drum", at=end, radius=radii[0], inertia=0.1 * rope_mass * radii[0] ** 2)
+    body = parts.Body(
         name="load",
         at=end,
         moves=("x", "y"),
@@ -57,7 +47,7 @@ def random_machine(rng, steepest):
     carriages = ()
     if rng.random() < 0.5:  # inside the first span
         carriages = (
-            RoutedCarriage(
+            parts.RoutedCarriage(
                 mass=rng.uniform(0.02, 0.3) * rope_mass,
                 guided=False,
                 position=rng.uniform(0.25, 0.75) * steps[0],
@@ -65,16 +55,18 @@ def random_machine(rng, steepest):
         )
     return RoutedDrive(
         name="random",
-        cable=Rope(given_rigidity=rigidity, mass_per_length=density, pretension=pull),
-        layout=RouteLayout(gravity=GRAVITY),
+        cable=parts.Rope(given_rigidity=rigidity, mass_per_length=density, pretension=pull),
+        layout=parts.RouteLayout(gravity=GRAVITY),
         body=() if drum else (body,),
         pulley=((last, *pulleys) if drum else tuple(pulleys)),
-        anchor=(Anchor(name="left", at=(0.0, 0.0)),)
-        + (() if drum else (Anchor(name="end", at=end, on="load"),)),
+        anchor=(parts.Anchor(name="left", at=(0.0, 0.0)),)
+        + (() if drum else (parts.Anchor(name="end", at=end, on="load"),)),
         carriage=carriages,
-        motor=(RoutedMotor(inertia=rng.uniform(0.05, 2.0) * rope_mass * radii[0] ** 2),) if drum else (),
+        motor=(parts.RoutedMotor(inertia=rng.uniform(0.05, 2.0) * rope_mass * radii[0] ** 2),)
+        if drum
+        else (),
         route=(
-            Route(
+            parts.Route(
                 name="rope",
                 path=("left", *(f"-{wheel.name}" for wheel in pulleys), "-drum" if drum else "end"),
             ),

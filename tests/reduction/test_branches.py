@@ -6,20 +6,8 @@ import sympy as sp
 from reproduction.averaged_against_exact import exchange_period, largest_exchange
 from scipy.integrate import solve_ivp
 
+from cabledrive.reduction import averaging
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.averaging import (
-    Motion,
-    averaged_coefficients,
-    averaged_rates,
-    fold,
-    jacobian,
-    plucked,
-    reconstruct,
-    start_of,
-    steady_amplitudes,
-    steady_state,
-    triangle_stretch,
-)
 from cabledrive.reduction.continuation import follow_branch
 from cabledrive.reduction.threshold import growth_rates
 from resonance_samples import TUNED, averaged_step, bare_model, complex_of, damped, one_span, real, settings
@@ -29,17 +17,19 @@ def problem(c):
     """Residual and Jacobian of the averaged equations over the force."""
 
     def residual(x, force):
-        return real(averaged_rates(c._replace(force=np.array(force + 0j)), complex_of(x), second=False))
+        return real(
+            averaging.averaged_rates(c._replace(force=np.array(force + 0j)), complex_of(x), second=False)
+        )
 
     def slope(x, force):
-        return jacobian(c._replace(force=np.array(force + 0j)), complex_of(x))
+        return averaging.jacobian(c._replace(force=np.array(force + 0j)), complex_of(x))
 
     return residual, slope
 
 
 def followed(c, start_force, kind="one", **options):
     at = c._replace(force=np.array(start_force + 0j))
-    state = steady_state(at, steady_amplitudes(at, kind)[-1], kind)
+    state = averaging.steady_state(at, averaging.steady_amplitudes(at, kind)[-1], kind)
     if kind == "one":
         c, state = one_span(c), state[:2]
     scale = np.append(np.tile(np.abs(state), 2), start_force)
@@ -61,9 +51,9 @@ def test_closed_steady_states_stand_still(kind):
     rng, worst, found = np.random.default_rng(3), 0.0, 0
     for _ in range(200):
         c = random_settings(rng)
-        for squared in steady_amplitudes(c, kind):
-            state = steady_state(c, squared, kind)
-            rates = averaged_rates(c, state, second=False)
+        for squared in averaging.steady_amplitudes(c, kind):
+            state = averaging.steady_state(c, squared, kind)
+            rates = averaging.averaged_rates(c, state, second=False)
             worst, found = max(worst, np.max(np.abs(rates)) / (20 * np.max(np.abs(state)))), found + 1
     assert found > 100
     assert worst < 1e-14, f"{worst:.1e}"
@@ -74,7 +64,7 @@ def test_jacobian_is_the_derivative_of_the_rates():
     for _ in range(10):
         c = random_settings(rng)
         state = 1e-3 * (rng.standard_normal(3) + 1j * rng.standard_normal(3))
-        x, exact = real(state), jacobian(c, state)
+        x, exact = real(state), averaging.jacobian(c, state)
         residual, _ = problem(c)
         force = float(c.force.real)
         h = 1e-8
@@ -85,7 +75,7 @@ def test_jacobian_is_the_derivative_of_the_rates():
 @pytest.mark.parametrize("kind", ["one", "both"])
 def test_continuation_finds_the_fold_of_the_closed_form(kind, measured):
     c = settings(2.0, 2.0, 5.0, 6.0, 1e-3)
-    force, squared = fold(c, kind)
+    force, squared = averaging.fold(c, kind)
     branch = followed(c, 1.5 * force, kind, step=-0.05)
     folds = [point for point in branch.special if point.kind == "fold"]
     measured(f"fold, {kind}: force within {abs(folds[0].parameter / force - 1.0):.1e} of the closed form")
@@ -97,8 +87,8 @@ def test_fold_lies_well_below_the_threshold():
     """Without cubic terms, c = Gamma = 2, delta = 5, delta_1 = 6: 2.8 times below."""
     c = settings(2.0, 2.0, 5.0, 6.0, 1e-3, cubic=False)
     threshold = np.hypot(1.0, 6.0) * np.hypot(1.0, 5.0) / float(c.pump[0])
-    assert threshold / fold(c, "one")[0] == pytest.approx(2.8, abs=0.05)
-    assert fold(c, "one")[0] * float(c.pump[0]) == pytest.approx(abs(2 * 6 + 5 * 2) / 2, rel=1e-12)
+    assert threshold / averaging.fold(c, "one")[0] == pytest.approx(2.8, abs=0.05)
+    assert averaging.fold(c, "one")[0] * float(c.pump[0]) == pytest.approx(abs(2 * 6 + 5 * 2) / 2, rel=1e-12)
 
 
 def test_continuation_finds_the_hopf_point_of_the_closed_form(measured):
@@ -120,8 +110,8 @@ def test_a_stable_branch_is_where_time_integration_ends(measured):
     """A motion started nearby settles on it to 1e-6."""
     c = settings(2.0, 6.0, 1.0, -2.0, 3e-3)
     kind = "one"
-    state = steady_state(c, steady_amplitudes(c, kind)[-1], kind)
-    assert np.max(np.linalg.eigvals(jacobian(c, state)).real) < 0
+    state = averaging.steady_state(c, averaging.steady_amplitudes(c, kind)[-1], kind)
+    assert np.max(np.linalg.eigvals(averaging.jacobian(c, state)).real) < 0
     end = settled(c, state * (1.05 + 0.02j), 18.0)
     moving = np.abs(state) > 1e-9
     apart = np.max(np.abs(np.abs(end[moving]) / np.abs(state[moving]) - 1.0))
@@ -156,7 +146,7 @@ def projected_residual(size, second):
         coupling=np.array([1.0, -0.8]),
         stiffening=np.array([[1.3, 0.4], [0.4, 0.9]]),
     )
-    c = averaged_coefficients(model, torque=1.1 * size**2, forcing=2.0)
+    c = averaging.averaged_coefficients(model, torque=1.1 * size**2, forcing=2.0)
     start = size * np.array([0.6 - 0.8j, 0.9 + 0.3j, -0.5 + 1.1j])
     instants, h = 2 * np.pi * np.arange(64) / 64, 1e-3
 
@@ -166,7 +156,7 @@ def projected_residual(size, second):
         for n in range(steps):
             d, at = t / steps, n * t / steps
             state = averaged_step(c, state, at, d, second=second)
-        m = reconstruct(c, state, t, second=second)
+        m = averaging.reconstruct(c, state, t, second=second)
         return np.append(m.q, m.a), np.append(m.q_rate, m.a_rate)
 
     left = np.zeros(3, dtype=complex)
@@ -208,7 +198,7 @@ def test_elastic_pendulum_swings_up_at_three_quarters_of_its_stroke(measured):
         transverse_mass=np.array([0.7]),
         coupling=np.array([float(cubic.subs(numbers))]),
     )
-    c = averaged_coefficients(model)
+    c = averaging.averaged_coefficients(model)
     growth, exact = float(abs(c.pump[0]) * stroke), floquet_growth(w, 1.3, stroke)
     closed = growth / (0.75 * w * stroke / 1.3) - 1.0
     measured(f"growth: {closed:.1e} from 0.75 w z0/l, {growth / exact - 1.0:.1e} from Floquet")
@@ -231,9 +221,13 @@ def floquet_growth(w, length, stroke):
 
 @pytest.mark.parametrize("second", [False, True])
 def test_start_map_reproduces_the_motion_at_rest(second):
-    c = averaged_coefficients(autoparametric_model(damped(2.0, 10.0)), torque=0.03, passive=[2e-7, 1e-7])
-    rest = Motion(q=np.array(0.0), q_rate=np.array(0.0), a=np.array([3e-3, -1e-3]), a_rate=np.zeros(2))
-    found = reconstruct(c, start_of(c, rest, second=second), 0.0, second=second)
+    c = averaging.averaged_coefficients(
+        autoparametric_model(damped(2.0, 10.0)), torque=0.03, passive=[2e-7, 1e-7]
+    )
+    rest = averaging.Motion(
+        q=np.array(0.0), q_rate=np.array(0.0), a=np.array([3e-3, -1e-3]), a_rate=np.zeros(2)
+    )
+    found = averaging.reconstruct(c, averaging.start_of(c, rest, second=second), 0.0, second=second)
     np.testing.assert_allclose(found.a, rest.a, atol=1e-12)
     assert abs(found.q) < 1e-14
     assert np.max(np.abs(found.a_rate)) < 1e-10 * 250
@@ -242,22 +236,22 @@ def test_start_map_reproduces_the_motion_at_rest(second):
 
 def test_a_pluck_at_rest_starts_from_a_real_pulley_amplitude():
     """Q(0) cancels the static rotation lq a^2 / (2 W^2): starting from zero would miss it."""
-    c = averaged_coefficients(autoparametric_model(TUNED))
-    state = plucked(c, [4e-3, 0.0])
+    c = averaging.averaged_coefficients(autoparametric_model(TUNED))
+    state = averaging.plucked(c, [4e-3, 0.0])
     assert state[0].real == pytest.approx(c.offset[0] * 16e-6, rel=0.02)
 
 
 def test_stretch_of_a_triangle_beyond_its_first_mode():
     m = np.arange(3, 20_001, 2)
     total = np.sum(m**2 * (8 / np.pi**2 / m**2) ** 2)
-    assert triangle_stretch(1.0) == pytest.approx(total, abs=5e-5)
-    assert triangle_stretch(1.0) == pytest.approx(0.1535, abs=1e-4)
+    assert averaging.triangle_stretch(1.0) == pytest.approx(total, abs=5e-5)
+    assert averaging.triangle_stretch(1.0) == pytest.approx(0.1535, abs=1e-4)
 
 
 def test_averaged_equations_swap_in_the_closed_period():
     """Without cubic terms the amplitudes are swapped after T/2 and back after T; AB is kept."""
     model = autoparametric_model(TUNED)
-    c = averaged_coefficients(model)
+    c = averaging.averaged_coefficients(model)
     c = c._replace(
         cubic=0 * c.cubic, static=0 * c.static, detuning=np.array(0.0), transverse_detuning=np.zeros(2)
     )

@@ -12,15 +12,7 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
-from cabledrive.reduction.lumped_chain import (
-    LumpedChain,
-    lumped_model,
-    natural_frequencies_of,
-    reflected,
-    speed_response,
-    speed_transfer_function,
-    to_control,
-)
+from cabledrive.reduction import lumped_chain
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
 from cabledrive.reduction.quality import (
@@ -44,12 +36,12 @@ def test_model_2_is_the_first_line_of_4_19_with_the_load_on_the_pulley():
     s, j = 1j * OMEGA, J12 + J2
     pulley = j * s**2 + B_M * s + K_M
     printed = pulley * s / ((J11 * s**2 + (B1 + B_M) * s + K_M) * pulley - (K_M + B_M * s) ** 2)
-    numerator, denominator = speed_transfer_function(lumped_model(DRIVE, 2))
+    numerator, denominator = lumped_chain.speed_transfer_function(lumped_chain.lumped_model(DRIVE, 2))
     np.testing.assert_allclose(np.polyval(numerator, s) / np.polyval(denominator, s), printed, rtol=1e-10)
 
 
 def test_model_3_has_the_coefficients_of_6_12():
-    numerator, denominator = speed_transfer_function(lumped_model(DRIVE, 3))
+    numerator, denominator = lumped_chain.speed_transfer_function(lumped_chain.lumped_model(DRIVE, 3))
     j1 = J11 + J12
     np.testing.assert_allclose(numerator, [1 / j1, BB / (j1 * J2), KK / (j1 * J2)], rtol=1e-10)
     expected = [1.0, (B1 + BB) / j1 + BB / J2, KK / j1 + KK / J2 + B1 * BB / (j1 * J2), KK * B1 / (j1 * J2)]
@@ -68,10 +60,10 @@ def test_model_4_is_6_14_with_its_first_line_mended():
     )
     transmitted = B_M / J12 * (s + K_M / B_M) * cable / quartic
     mended = (s / J11) / (s**2 + (B1 + B_M) / J11 * s + K_M / J11 - transmitted * B_M / J11 * (s + K_M / B_M))
-    chain = lumped_model(DRIVE, 4)
-    numerator, denominator = speed_transfer_function(chain)
+    chain = lumped_chain.lumped_model(DRIVE, 4)
+    numerator, denominator = lumped_chain.speed_transfer_function(chain)
     np.testing.assert_allclose(np.polyval(numerator, s) / np.polyval(denominator, s), mended, rtol=1e-9)
-    np.testing.assert_allclose(speed_response(chain, OMEGA), mended, rtol=1e-10)
+    np.testing.assert_allclose(lumped_chain.speed_response(chain, OMEGA), mended, rtol=1e-10)
 
 
 FAR = 2 * np.pi * np.geomspace(0.3, 150.0, 40)
@@ -109,7 +101,7 @@ def test_each_model_holds_up_to_the_mode_it_leaves_out(measured):
 
 
 def test_reflection_keeps_frequencies_and_responses():
-    chain = LumpedChain(
+    chain = lumped_chain.LumpedChain(
         names=("drive", "load"),
         inertias=(1e-3, 4e-3),
         viscous=(1e-3, 2e-3),
@@ -119,11 +111,13 @@ def test_reflection_keeps_frequencies_and_responses():
         damping=(0.5,),
         ratios=((0.03, 0.05),),
     )
-    plain, gears = reflected(chain)
+    plain, gears = lumped_chain.reflected(chain)
     assert gears[1] == pytest.approx(5 / 3)
-    np.testing.assert_allclose(natural_frequencies_of(plain), natural_frequencies_of(chain), rtol=1e-12)
-    found = speed_response(plain, FAR, speed_of=1) / gears[1]
-    np.testing.assert_allclose(found, speed_response(chain, FAR, speed_of=1), rtol=1e-10)
+    np.testing.assert_allclose(
+        lumped_chain.natural_frequencies_of(plain), lumped_chain.natural_frequencies_of(chain), rtol=1e-12
+    )
+    found = lumped_chain.speed_response(plain, FAR, speed_of=1) / gears[1]
+    np.testing.assert_allclose(found, lumped_chain.speed_response(chain, FAR, speed_of=1), rtol=1e-10)
 
 
 HOLDING = 25.0
@@ -162,7 +156,7 @@ def dense(drive):
 def test_models_have_the_frequencies_of_the_dense_matrices_and_of_a_cable_without_mass(joint):
     drive = with_joint(joint)
     omega = np.sqrt(eigh(*dense(drive), eigvals_only=True))
-    found = natural_frequencies_of(lumped_model(drive))
+    found = lumped_chain.natural_frequencies_of(lumped_chain.lumped_model(drive))
     assert found == pytest.approx(omega, rel=1e-10)
     exact = 2 * np.pi * cd.natural_frequencies(drive, count=omega.size)
     assert found == pytest.approx(exact, rel=1e-4)
@@ -174,8 +168,8 @@ FEW = 2.0 * np.pi * np.array([0.3, 3.0, 8.0, 90.0, 300.0])
 @pytest.mark.parametrize("model", [1, 2, 3, 4])
 def test_state_space_answers_as_the_model_does(model, measured):
     control = pytest.importorskip("control")
-    chain = lumped_model(DRIVE, model)
-    system = to_control(chain)
+    chain = lumped_chain.lumped_model(DRIVE, model)
+    system = lumped_chain.to_control(chain)
     assert system.output_labels == [f"{name}_angle" for name in chain.names]
     found = np.atleast_2d(np.squeeze(control.frequency_response(system, FEW).frdata))[-1]
     expected = np.abs(model_response(DRIVE, model, FEW))
@@ -303,13 +297,15 @@ def test_a_loop_as_a_route_reduces_to_its_own_model():
     machine = as_route(drive)
     (chain,) = network_chains(machine)
     assert chain.refusal is None
-    model = lumped_model(replace(drive, lumped=None), 4)
+    model = lumped_chain.lumped_model(replace(drive, lumped=None), 4)
     np.testing.assert_allclose(chain.inertias, model.inertias, rtol=0.05)
     stiffness = np.array(model.stiffness) * [1.0, drive.drive_pulley.radius**2]
     np.testing.assert_allclose(chain.stiffness, stiffness, rtol=0.05)
     exact = cd.natural_frequencies(machine, count=2, motor="free")
     axis = as_axis(machine)
-    np.testing.assert_allclose(natural_frequencies_of(lumped_model(axis)) / (2 * np.pi), exact, rtol=1e-9)
+    np.testing.assert_allclose(
+        lumped_chain.natural_frequencies_of(lumped_chain.lumped_model(axis)) / (2 * np.pi), exact, rtol=1e-9
+    )
     assert slack_torque(chain) == pytest.approx(
         2 * drive.drive_pulley.radius * drive.cable.pretension, rel=1e-6
     )
@@ -320,7 +316,7 @@ def test_the_lumped_model_of_an_axis_is_its_chain():
     overrides = ("motor.0.torque_limit=0.3", "motor.1.torque_limit=0.25", "body.head.coulomb_friction=2.0")
     machine = route("corexy", MIDDLE, *overrides)
     chain, axis = network_chains(machine)[0], as_axis(machine, "head.x")
-    model = lumped_model(axis)
+    model = lumped_chain.lumped_model(axis)
     np.testing.assert_allclose(model.inertias, chain.inertias, rtol=1e-12)
     rim = axis.drive_pulley.radius
     np.testing.assert_allclose(np.array(model.stiffness) * rim**2, chain.stiffness, rtol=1e-12)

@@ -7,15 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from cabledrive.reduction.modal_cable_kernels import (
-    ModalCableNumbers,
-    cable_middle,
-    cable_motion,
-    cable_step,
-    cable_tension,
-    new_modal_cable_state,
-    start_cable,
-)
+from cabledrive.reduction import modal_cable_kernels
 from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
 
 pytestmark = pytest.mark.kernel
@@ -74,14 +66,14 @@ COUPLING = np.random.default_rng(7).normal(size=(2, 2, 3))
 PLUCKS = np.array([0.5, -0.3])
 
 
-def numbers(steps: int) -> ModalCableNumbers:
+def numbers(steps: int) -> modal_cable_kernels.ModalCableNumbers:
     step = SAMPLE / steps
     flow = expm(step * np.block([[ALONG, PUSH], [np.zeros((2, 6))]]))
     across = [
         [f(w * step) * factor for w, factor in zip(SINES, factors, strict=True)]
         for f, factors in ((cos, (1, 1, 1)), (sin, 1 / SINES), (sin, -SINES), (cos, (1, 1, 1)))
     ]
-    return ModalCableNumbers(
+    return modal_cable_kernels.ModalCableNumbers(
         steps=steps,
         step=step,
         along=flow[:4, :4].copy(),
@@ -100,7 +92,7 @@ def numbers(steps: int) -> ModalCableNumbers:
     )  # fmt: skip
 
 
-def exact(given: ModalCableNumbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def exact(given: modal_cable_kernels.ModalCableNumbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Modes and rates, sines and their rates after a sample, from the pluck, without any splitting."""
 
     def rates(_, y):
@@ -121,9 +113,9 @@ def exact(given: ModalCableNumbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 
 def stepped(steps: int):
     given = numbers(steps)
-    state, tensions = new_modal_cable_state(given), np.zeros(2)
-    start_cable(PLUCKS, state)
-    cable_step(given, state, INPUTS, tensions)
+    state, tensions = modal_cable_kernels.new_modal_cable_state(given), np.zeros(2)
+    modal_cable_kernels.start_cable(PLUCKS, state)
+    modal_cable_kernels.cable_step(given, state, INPUTS, tensions)
     return given, state, tensions
 
 
@@ -143,8 +135,8 @@ def test_tension_middle_and_motion_are_their_sums_over_modes_and_sines():
     stretched = given.factors[1] * (given.stretching * state.sines[0] ** 2).sum(axis=1)
     np.testing.assert_allclose(tensions, given.rest + given.tension @ state.modes[:2] + stretched, rtol=1e-14)
     middles, places, speeds = np.zeros(2), np.zeros(1), np.zeros(1)
-    cable_middle(given, state, middles)
-    cable_motion(given, state, places, speeds)
+    modal_cable_kernels.cable_middle(given, state, middles)
+    modal_cable_kernels.cable_motion(given, state, places, speeds)
     np.testing.assert_allclose(middles, state.sines[0, :, 0] - state.sines[0, :, 2], rtol=1e-14)
     np.testing.assert_allclose(places, given.motions @ state.modes[:2], rtol=1e-14)
     np.testing.assert_allclose(speeds, given.motions @ state.modes[2:], rtol=1e-14)
@@ -157,5 +149,5 @@ def test_tension_middle_and_motion_are_their_sums_over_modes_and_sines():
 )
 def test_the_model_holds_while_every_span_is_taut_and_shallow(change, holds):
     given, state, tensions = stepped(5)
-    cable_tension(given._replace(**change), state, tensions)
+    modal_cable_kernels.cable_tension(given._replace(**change), state, tensions)
     assert state.holds[0] == holds

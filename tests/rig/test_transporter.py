@@ -9,15 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cabledrive.control import transporter
 from cabledrive.control.load_schedule import scheduled_step
-from cabledrive.control.transporter import (
-    OBSERVED,
-    STATES,
-    TransporterTuning,
-    scheduled_law,
-    shaped,
-    tuning_for,
-)
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.transporter import (
@@ -186,7 +179,7 @@ def test_after_a_gust_over_forty_draws(measured):
 def test_shaper_starts_with_the_motion_and_ends_with_it_later():
     time = np.asarray(INTERVAL * np.arange(20000), dtype=np.float64)
     way = Trajectory(moves=(Move(start=0.0, duration=2.0, distance=1.0),), duration=4.0, order=13)
-    given, late = shaped(MACHINE, way(time, 2), INTERVAL, 0.75)
+    given, late = transporter.shaped(MACHINE, way(time, 2), INTERVAL, 0.75)
     assert given[0, 0] == 0.0
     assert given[0, -1] == pytest.approx(1.0, rel=1e-12)
     assert late == pytest.approx(0.5 / 0.995 + 0.5 / 9.1, rel=0.03)
@@ -194,8 +187,8 @@ def test_shaper_starts_with_the_motion_and_ends_with_it_later():
 
 def test_one_bandwidth_gives_the_weights_that_were_chosen_by_hand():
     """The weights of the section on the transporter are those of 6.7 Hz, within 15 %."""
-    found = tuning_for(MACHINE, 2.0 * np.pi * 6.7, interval=INTERVAL, count=one_count(DRIVE))
-    chosen = TransporterTuning()
+    found = transporter.tuning_for(MACHINE, 2.0 * np.pi * 6.7, interval=INTERVAL, count=one_count(DRIVE))
+    chosen = transporter.TransporterTuning()
     for name in ("force", "stretching"):
         ratio = getattr(found, name) / getattr(chosen, name)
         assert ratio == pytest.approx(1.0, abs=0.15), f"{name}: observed {ratio:.3f}"
@@ -204,15 +197,15 @@ def test_one_bandwidth_gives_the_weights_that_were_chosen_by_hand():
 @pytest.mark.kernel
 def test_a_run_is_its_samples_one_after_another():
     """Readings in whole counts, force of the law, log, internal steps; it ends where a strand goes slack."""
-    law = scheduled_law(
+    law = transporter.scheduled_law(
         MACHINE, interval=INTERVAL, count=one_count(DRIVE), limit=70.0, positions=np.linspace(0.2, 1.3, 3)
     )
     count, phases, samples, substeps = one_count(DRIVE), np.array([0.2, -0.3]), 6, 2
-    reference = 1e-3 * np.random.default_rng(4).normal(size=(samples, STATES + 2))
-    wind, log = np.linspace(0.0, 5.0, samples), np.zeros((samples, 13 + OBSERVED))
+    reference = 1e-3 * np.random.default_rng(4).normal(size=(samples, transporter.STATES + 2))
+    wind, log = np.linspace(0.0, 5.0, samples), np.zeros((samples, 13 + transporter.OBSERVED))
     loop = CarriageLoop(law, reference, wind, INTERVAL, substeps, count)
     assert run_transporter(loop, MACHINE, phases, np.zeros(8), log) == samples
-    x, estimate, fresh = np.zeros(8), np.zeros(OBSERVED), np.zeros(OBSERVED)
+    x, estimate, fresh = np.zeros(8), np.zeros(transporter.OBSERVED), np.zeros(transporter.OBSERVED)
     tensions, work = np.zeros(3), np.zeros((5, 8))
     for k in range(samples):
         readings = count * np.rint(x[[0, 2]] / count + phases)

@@ -9,17 +9,9 @@ import pytest
 import cabledrive as cd
 from cabledrive.control.tension_position import first_state, step
 from cabledrive.reduction.two_motors import winched_machine
-from cabledrive.rig import BodyMotion, Disturbance, RigOptions, track
+from cabledrive.rig import BodyMotion, Disturbance, RigOptions, track, winch_run
 from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.winch_plan import design_tensions, plan_motion
-from cabledrive.rig.winch_run import (
-    bound_of_place,
-    drawn_gusts,
-    drawn_plant,
-    forces_of,
-    part_used,
-    run_plant,
-)
 from cabledrive.rig.winch_summary import summarize
 from oracles.two_winches import Winches, run
 
@@ -71,8 +63,8 @@ def test_the_rig_moves_as_scipy_integrates_the_winches():
     numbers = setup.machine.numbers
     heavy = replace(quiet, body=(replace(quiet.body[0], mass=1.12 * quiet.body[0].mass),))
     actual = winched_machine(heavy).numbers._replace(turning_coulomb=np.zeros(2))
-    force = forces_of(setup, (Disturbance(on="camera.x", torque=25.0, start=0.1, end=0.2),))
-    ours = run_plant(setup, actual, force, np.random.default_rng(0)).record
+    force = winch_run.forces_of(setup, (Disturbance(on="camera.x", torque=25.0, start=0.1, end=0.2),))
+    ours = winch_run.run_plant(setup, actual, force, np.random.default_rng(0)).record
     mass = float(actual.mass[0])
     places, tensions, _ = run(
         winches_of(mass=mass), with_law(setup), setup.table, force, setup.design.gains.interval
@@ -101,7 +93,7 @@ def test_on_the_winches_of_scipy_the_tension_stays_above_its_least(count):
             return torque
 
         winches = winches_of(mass=mass, coulomb=rng.uniform(0.5, 3.0))
-        force, interval = drawn_gusts(setup, rng), setup.design.gains.interval
+        force, interval = winch_run.drawn_gusts(setup, rng), setup.design.gains.interval
         _, _, least = run(winches, watched, setup.table, force, interval, rtol=1e-6)
         held += least >= setup.design.floor
         used = setup.used
@@ -129,10 +121,12 @@ def test_over_random_moves_plants_and_gusts_no_line_falls_below_its_least(drive,
     rng = np.random.default_rng(count)
     rooms, parts = [], []
     for setup in drawn_moves(drive, rng, count):
-        done = run_plant(setup, drawn_plant(setup, rng), drawn_gusts(setup, rng), rng)
+        done = winch_run.run_plant(
+            setup, winch_run.drawn_plant(setup, rng), winch_run.drawn_gusts(setup, rng), rng
+        )
         m = len(setup.machine.names)
         off = done.record[:, :m] - setup.table[:, :m]
-        parts.append(part_used(bound_of_place(setup), off))
+        parts.append(winch_run.part_used(winch_run.bound_of_place(setup), off))
         rooms.append(float((done.least - setup.design.floor).min()))
     kept = sum(room >= 0.0 for room in rooms)
     measured(
@@ -153,8 +147,8 @@ def test_on_the_machine_as_believed_the_position_stays_inside_its_bound(drive, c
     """
     rng, parts, left = np.random.default_rng(count + 1), [], 0
     for setup in drawn_moves(drive, rng, count):
-        believed, force = setup.machine.numbers, drawn_gusts(setup, rng)
-        done = run_plant(setup, believed, force, rng)
+        believed, force = setup.machine.numbers, winch_run.drawn_gusts(setup, rng)
+        done = winch_run.run_plant(setup, believed, force, rng)
         said = summarize(setup, believed, done, force, seed=0, drawn=None).summary
         parts.append(said["position_bound_used"])
         if not said["position_within_bound"]:
@@ -176,11 +170,11 @@ def test_the_bound_of_the_position_is_never_left_without_a_named_assumption(coun
         far = gentle.table[:, :2]
         way = far[np.abs(far).sum(axis=1).argmax()]
         setup = set_up(CAMERA, way, rise=shortest * rng.uniform(0.5, 1.1), dwell=0.3)
-        plant = drawn_plant(setup, rng)
+        plant = winch_run.drawn_plant(setup, rng)
         heavier = rng.uniform(0.75, 1.25)
         plant = plant._replace(mass=plant.mass * heavier, force=plant.force * heavier)
-        force = rng.uniform(0.0, 2.0) * drawn_gusts(setup, rng)
-        done = run_plant(setup, plant, force, rng)
+        force = rng.uniform(0.0, 2.0) * winch_run.drawn_gusts(setup, rng)
+        done = winch_run.run_plant(setup, plant, force, rng)
         said = summarize(setup, plant, done, force, seed=0, drawn=None).summary
         outside = said["position_bound_used"] > 1.0
         left += outside

@@ -14,7 +14,7 @@ from cabledrive.rig import Motion, track
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.experiment import experiment
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study import Goals, load_goals, run_study
+from cabledrive.studies.study import Goals, load_goals, run_study, sampled_plants
 from cabledrive.studies.study.bandwidth_cost import sensor_bound
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
 from cabledrive.studies.study.check_stage import goals_for
@@ -24,13 +24,6 @@ from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
 from cabledrive.studies.study.modes_stage import resonance_of
 from cabledrive.studies.study.pipeline import StudyResult, results_of
-from cabledrive.studies.study.sampled_plants import (
-    LoadCase,
-    of_intervals,
-    root_of,
-    sampled_plant,
-    with_values,
-)
 from cabledrive.studies.study.stage_cache import as_plain, revived
 from study_drives import (
     CASES,
@@ -172,7 +165,7 @@ def test_an_encoder_never_costs_more_than_its_bound(measured):
     drive = replace(drive, motor=replace(drive.motor, coulomb_friction=0.0))
     motion = goals(30, 0.3).motion
     known = by_datasheet(drive, dict.fromkeys(SPREADS, 0.0))
-    case = LoadCase(drive=drive, motion=motion, quantities=known)
+    case = sampled_plants.LoadCase(drive=drive, motion=motion, quantities=known)
     law = case.chain_law(3, 40.0)
     loop, clean = case.loop(law), run(case.loop(law, ideal=True))
     bound, load = sensor_bound(loop), loop.chain.size - 1
@@ -200,7 +193,9 @@ def test_a_range_of_loads_is_drawn_and_designed_for_its_middle():
     drive = drive_of("turntable")
     known = know(drive, [], SPREADS, (0.015, 0.025)).quantities["load_inertia"]
     assert (known.low, known.value, known.high, known.source) == (0.015, 0.02, 0.025, "goal")
-    drawn = [sampled_plant({"load_inertia": known}, 2, 0, k)[0]["load_inertia"] for k in range(200)]
+    drawn = [
+        sampled_plants.sampled_plant({"load_inertia": known}, 2, 0, k)[0]["load_inertia"] for k in range(200)
+    ]
     assert 0.015 <= min(drawn) < 0.016 < 0.024 < max(drawn) <= 0.025
 
 
@@ -364,18 +359,18 @@ def quantities(identified):
 def drawn(identified, correlations, seed=5):
     """Plants as rows of numbers, in the order of the alphabet."""
     known = quantities(identified)
-    plants = [sampled_plant(known, 2, seed, draw, correlations)[0] for draw in range(DRAWS)]
+    plants = [sampled_plants.sampled_plant(known, 2, seed, draw, correlations)[0] for draw in range(DRAWS)]
     return np.array([[plant[name] for name in sorted(known)] for plant in plants])
 
 
 def matrix(correlations, names):
-    root = root_of(correlations, names)
+    root = sampled_plants.root_of(correlations, names)
     return root @ root
 
 
 def test_drawn_plants_have_the_regressions_correlation_where_it_is_all_there_is():
     identified = intervals()
-    correlations = of_intervals(FIT, identified)
+    correlations = sampled_plants.of_intervals(FIT, identified)
     order = [NAMES.index(name) for name in sorted(NAMES)]
     np.testing.assert_allclose(matrix(correlations, sorted(NAMES)), RHO[np.ix_(order, order)], atol=1e-12)
     seen = np.corrcoef(drawn(identified, correlations).T)
@@ -385,8 +380,8 @@ def test_drawn_plants_have_the_regressions_correlation_where_it_is_all_there_is(
 
 def test_what_an_interval_has_beyond_the_regression_takes_its_share_of_the_correlation():
     """Twice as wide: a quarter of the variance is the regression's, a quarter of the correlation is left."""
-    whole = matrix(of_intervals(FIT, intervals()), sorted(NAMES))
-    shared = matrix(of_intervals(FIT, intervals(2.0)), sorted(NAMES))
+    whole = matrix(sampled_plants.of_intervals(FIT, intervals()), sorted(NAMES))
+    shared = matrix(sampled_plants.of_intervals(FIT, intervals(2.0)), sorted(NAMES))
     np.testing.assert_allclose(shared - np.eye(5), 0.25 * (whole - np.eye(5)), atol=1e-12)
 
 
@@ -448,8 +443,8 @@ def test_a_friction_that_the_log_finds_replaces_the_guess_and_decides_nothing():
 def test_ripple_of_a_drawn_motor_goes_with_the_wanted_angle_from_its_own_phase():
     drive, motion = drive_of("turntable"), goals(30, 0.3).motion
     known = by_datasheet(drive, dict.fromkeys(SPREADS, 0.0))
-    case = LoadCase(drive=drive, motion=motion, quantities=known)
+    case = sampled_plants.LoadCase(drive=drive, motion=motion, quantities=known)
     loop = case.loop(case.chain_law(3, 40.0))
     ripple = {"ripple_torque": 0.1, "ripple_order": 3.0, "ripple_phase": 1.0}
-    more = with_values(loop, ripple, None).rig.forces - loop.rig.forces
+    more = sampled_plants.with_values(loop, ripple, None).rig.forces - loop.rig.forces
     np.testing.assert_allclose(more[:, 0], 0.1 * np.sin(3.0 * loop.target[: len(more)] + 1.0), atol=1e-12)

@@ -9,14 +9,8 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.blocks import Figure, Table
 from cabledrive.report.study.controller import acceptance_chapter, controller_chapter
 from cabledrive.report.study.verdict import verdict_chapter
-from cabledrive.studies.study import Goals, run_study
+from cabledrive.studies.study import Goals, carriage, run_study
 from cabledrive.studies.study.acceptance_stage import accept
-from cabledrive.studies.study.carriage import (
-    CarriageCase,
-    carriage_demand,
-    carriage_model,
-    missing_for_carriage,
-)
 from cabledrive.studies.study.check_stage import _rounded_up, goals_for
 from cabledrive.studies.study.findings import rounded_up
 from cabledrive.studies.study.goals import goals_of
@@ -89,7 +83,7 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
     assert quick.verdict.reasons[0].startswith("speed")
     assert quick.controller is None
     slower = goals_for(BELT, replace(ASKED, duration=quick.demand.shortest))
-    speed = np.abs(CarriageCase(BELT, slower).reference[:, 4]).max() / BELT.drive_pulley.radius
+    speed = np.abs(carriage.CarriageCase(BELT, slower).reference[:, 4]).max() / BELT.drive_pulley.radius
     assert speed <= BELT.motor.speed_limit
     assert speed > 0.99 * BELT.motor.speed_limit, f"observed {speed:.2f} rad/s"
 
@@ -108,7 +102,7 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
     ],
 )
 def test_a_drive_that_the_law_does_not_cover_is_refused_with_the_reason(drive, words):
-    found = missing_for_carriage(drive)
+    found = carriage.missing_for_carriage(drive)
     assert any(words in line for line in found), found
     assert all(":" in line or "needs" in line or "supports" in line for line in found), found
 
@@ -116,8 +110,8 @@ def test_a_drive_that_the_law_does_not_cover_is_refused_with_the_reason(drive, w
 def test_the_joint_of_a_stiff_axis_is_added_to_every_error():
     """25 kg on a belt behind a gear: windup of the joint, and 7 arc minutes of backlash at 25 mm."""
     axis = load_drive("linear-axis")
-    assert missing_for_carriage(axis) == ()
-    left_out = carriage_model(axis, goals_for(axis, Goals(travel=1.0, duration=1.3))).left_out
+    assert carriage.missing_for_carriage(axis) == ()
+    left_out = carriage.carriage_model(axis, goals_for(axis, Goals(travel=1.0, duration=1.3))).left_out
     backlash = axis.motor.backlash * axis.drive_pulley.radius
     assert left_out > backlash
     assert left_out < backlash + 30e-6, f"observed {1e6 * left_out:.1f} um"
@@ -160,14 +154,14 @@ def test_what_is_proposed_is_rounded_to_two_digits_and_lies_on_the_free_span():
     assert [_rounded_up(value) for value in (0.15, 0.151, 3.1, 2.0 + 1e-15)] == [0.15, 0.2, 4.0, 2.0]
     left = 0.98 * BELT.span_length - BELT.carriage[0].position
     assert 0.45 * left < goals_for(BELT, replace(ASKED, travel=None)).travel <= 0.5 * left
-    case = CarriageCase(BELT, goals_for(BELT, ASKED))
+    case = carriage.CarriageCase(BELT, goals_for(BELT, ASKED))
     assert case.loop(5.0).law.grid[0] == pytest.approx(case.ends[0] - 0.02 * BELT.span_length)
 
 
 def test_a_quarter_of_the_tension_is_lost_in_twice_the_time():
     """Slow against the cable's mode a strand gives up what the accelerated mass asks of it."""
     fast, slow = (
-        carriage_demand(BELT, goals_for(BELT, replace(ASKED, duration=duration))).demands[-1].asked
+        carriage.carriage_demand(BELT, goals_for(BELT, replace(ASKED, duration=duration))).demands[-1].asked
         for duration in (0.3, 0.6)
     )
     assert fast / slow == pytest.approx(4.0, rel=0.1)

@@ -15,15 +15,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
-from cabledrive.simulation.channels import (
-    AXIAL_LOSS,
-    COULOMB_LOSS,
-    FORCE_WORK,
-    JOINT_LOSS,
-    TORQUE_WORK,
-    TRANSVERSE_LOSS,
-    VISCOUS_LOSS,
-)
+from cabledrive.simulation import channels
 from cabledrive.simulation.plan import (
     COMPLIANCE,
     DRAG,
@@ -186,7 +178,7 @@ def _damp(plan: Plan, state: State, direction: Array, old: Array, new: Array, ri
     force = np.diff(direction * q, axis=1)
     new[0, 1:-1] += plan.node[KICK_U, 1:-1] * force[0]
     new[1:, 1:-1] += plan.node[KICK_T, 1:-1] * force[1:]
-    state.tallies[0, AXIAL_LOSS] += plan.step * np.sum(plan.segment[COMPLIANCE] * q**2)
+    state.tallies[0, channels.AXIAL_LOSS] += plan.step * np.sum(plan.segment[COMPLIANCE] * q**2)
 
 
 def tally_reference(
@@ -202,13 +194,15 @@ def tally_reference(
     """Works and losses over the step."""
     mean = 0.5 * (old + new)
     worked = state.tallies[0]
-    worked[TORQUE_WORK] += plan.step * (plan.motor.T @ torque) @ shaft_mean
+    worked[channels.TORQUE_WORK] += plan.step * (plan.motor.T @ torque) @ shaft_mean
     for (node, axis), pushed in zip(plan.force, forces, strict=True):
-        worked[FORCE_WORK] += plan.step * pushed * mean[axis, node]
-    worked[TRANSVERSE_LOSS] += plan.step * np.sum((plan.node[DRAG] * (mean[1] ** 2 + mean[2] ** 2))[1:-1])
-    worked[VISCOUS_LOSS] += plan.step * shaft_mean @ plan.damping[0] @ shaft_mean
-    worked[COULOMB_LOSS] += plan.step * np.sum(friction * shaft_mean)
-    worked[JOINT_LOSS] += plan.step * shaft_mean @ plan.damping[1] @ shaft_mean
+        worked[channels.FORCE_WORK] += plan.step * pushed * mean[axis, node]
+    worked[channels.TRANSVERSE_LOSS] += plan.step * np.sum(
+        (plan.node[DRAG] * (mean[1] ** 2 + mean[2] ** 2))[1:-1]
+    )
+    worked[channels.VISCOUS_LOSS] += plan.step * shaft_mean @ plan.damping[0] @ shaft_mean
+    worked[channels.COULOMB_LOSS] += plan.step * np.sum(friction * shaft_mean)
+    worked[channels.JOINT_LOSS] += plan.step * shaft_mean @ plan.damping[1] @ shaft_mean
 
 
 def keep_extremes_reference(plan: Plan, state: State) -> None:
