@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 
 from cabledrive.control import backstepping
-from cabledrive.control.backstepping_recursion import (
-    backstepping_step,
-    work_shape,
-)
+from cabledrive.control.backstepping_recursion import backstepping_step, work_shape
 from cabledrive.control.law_kernels import backstepping_command
 from cabledrive.control.reference import MotionNumbers, flat_output, joint_motion
 from cabledrive.control.reference_kernels import reference_table

@@ -10,13 +10,7 @@ from cabledrive.identification import planning, response_models, signals
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
-from cabledrive.rig.experiment import (
-    Excitation,
-    command_of,
-    experiment,
-    load_excitation,
-    plan_experiment,
-)
+from cabledrive.rig.experiment import Excitation, command_of, experiment, load_excitation, plan_experiment
 from cabledrive.rig.virtual_rig import Imperfections, rig_of, run_rig
 from command import answer, call, object_of
 

@@ -10,16 +10,7 @@ from machines import drive, machine, pulley, some_cable, spread
 from transfer_roots import exact_roots
 
 import cabledrive as cd
-from cabledrive.parameters import (
-    Cable,
-    Carriage,
-    Drive,
-    InputRefused,
-    Layout,
-    Motor,
-    NotComputed,
-    Pulley,
-)
+from cabledrive.parameters import Cable, Carriage, Drive, InputRefused, Layout, Motor, NotComputed, Pulley
 from drive_strategies import drives
 
 

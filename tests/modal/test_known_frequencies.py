@@ -7,10 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import cabledrive as cd
-from cabledrive.modal.rigid_supports import (
-    against_lumped_springs,
-    against_rigid_supports,
-)
+from cabledrive.modal.rigid_supports import against_lumped_springs, against_rigid_supports
 from cabledrive.parameters import Cable, Carriage, Drive, Layout, Pulley, load_drive
 
 

@@ -8,11 +8,7 @@ from scipy.special import ellipk
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
-from cabledrive.reduction.oscillators import (
-    Largest,
-    oscillator_coefficients,
-    oscillator_ensemble,
-)
+from cabledrive.reduction.oscillators import Largest, oscillator_coefficients, oscillator_ensemble
 from cabledrive.reduction.uniform_tension import coefficients, integrate, uniform_tension_model
 from resonance_samples import damped
 

@@ -14,14 +14,7 @@ import cabledrive as cd
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.mesh import mesh_of
-from cabledrive.simulation import (
-    CarriageForce,
-    Pluck,
-    Recording,
-    Scheme,
-    Sine,
-    Start,
-)
+from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.kernels import integrate

@@ -14,12 +14,7 @@ from math import log
 import numpy as np
 import pytest
 
-from alarm_samples import (
-    Sample,
-    random_sample,
-    scaled_torque,
-    varied,
-)
+from alarm_samples import Sample, random_sample, scaled_torque, varied
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.studies.alarm import DANGEROUS, SAFE, UNKNOWN, AlarmResult, alarm
 from cabledrive.studies.planned_motion import PlannedMotion

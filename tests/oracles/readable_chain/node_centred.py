@@ -22,12 +22,7 @@ from cabledrive.simulation.plan import (
     State,
 )
 from oracles.readable_chain.shafts import solve_shafts_reference
-from oracles.readable_chain.verlet import (
-    moved_reference,
-    shaft_forces_reference,
-    tally_reference,
-    twin,
-)
+from oracles.readable_chain.verlet import moved_reference, shaft_forces_reference, tally_reference, twin
 
 
 def step_reference(
