@@ -151,19 +151,13 @@ def test_a_wrong_model_is_noticed_and_named(case):
         assert words in found.findings[-1], found.findings
 
 
-def alarms_and_named(case, logs):
-    """How many of the logs raise an alarm, and how many of these give the case's own reason."""
-    found = [identify(faulty_log(case, 30_000 + seed)).findings for seed in range(logs)]
-    words = CASES[case][2]
-    named = [findings for findings in found if words and findings and words in findings[-1]]
-    return sum(map(bool, found)), len(named)
-
-
 @pytest.mark.verify
 @pytest.mark.parametrize("case", CASES)
 def test_two_hundred_logs_of_each_fault(case, measured):
     """At least 180 of 200 flagged with the reason; at most 16 of 200 false alarms."""
-    alarms, named = alarms_and_named(case, 200)
+    found = [identify(faulty_log(case, 30_000 + seed)).findings for seed in range(200)]
+    words, alarms = CASES[case][2], sum(map(bool, found))
+    named = sum(bool(words and findings and words in findings[-1]) for findings in found)
     measured(f"{named} of 200 named, {alarms} with an alarm")
     if CASES[case][2] is None:
         assert alarms <= 16, f"{alarms} false alarms"

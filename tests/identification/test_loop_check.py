@@ -68,20 +68,17 @@ def test_a_wrong_model_is_named_in_a_log_without_lines(motion, rig):
     assert WORDS[rig] in " ".join(found.findings[-1:]), found.findings
 
 
-def test_a_late_torque_channel_is_named():
-    """Shifted by 5 ms, more than a sample: its size to a fifth."""
+def test_a_late_torque_channel_is_named_and_moves_the_parameters_that_are_found_without_it():
+    """Shifted by 5 ms, more than a sample: its size to a fiftieth, to first order to a tenth."""
     log = servo_log("trapezoids", "rigid", 3, 30.0)
-    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)})
-    found = identify(late.part(start=0.1))
+    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)}).part(
+        start=0.1
+    )
+    found = identify(late)
     assert found.codes == ("torque-timing",), found.findings
     assert found.method["torque_delay"] == pytest.approx(5e-3, rel=0.02)
-
-
-def test_a_late_torque_moves_the_parameters_that_are_found_without_it():
-    log = servo_log("trapezoids", "rigid", 3, 30.0)
-    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)})
-    found = identify(late.part(start=0.1), IdentifyOptions(check=False), method="inverse-dynamics")
-    told = evidence_by_innovations(axis_of([late.part(start=0.1)], AxisOptions()), found)
+    found = identify(late, IdentifyOptions(check=False), method="inverse-dynamics")
+    told = evidence_by_innovations(axis_of([late], AxisOptions()), found)
     delay = next(one for one in told if one.name == "delay")
     assert delay.value == pytest.approx(5e-3, rel=0.1)
     assert 0.01 < abs(delay.shift[0]) / found.parameters["inertia"].value < 0.1
