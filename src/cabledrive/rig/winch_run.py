@@ -33,7 +33,6 @@ COLUMNS = 9
 class RigNumbers(NamedTuple):
     """Sampling and sensors."""
 
-    interval: float  # sample time [s]
     substeps: int  # internal steps per sample
     late: int  # delay from sampling to torque, in internal steps
     lag: float  # part of the distance to the commanded torque that remains after an internal step
@@ -93,7 +92,7 @@ def close_loop(
             for i in range(2):
                 wanted = command[i] if s >= rig.late else held[i]
                 torque[i] = wanted + rig.lag * (torque[i] - wanted)
-            move(machine, body, rig.interval / rig.substeps, torque, force[k])
+            move(machine, body, gains.interval / rig.substeps, torque, force[k])
             for i in range(2):
                 least[i] = min(least[i], tension[i])
     return len(reference)
@@ -195,7 +194,6 @@ def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Gene
     rates = [motor.current_bandwidth for motor in motors if motor.current_bandwidth is not None]
     step = gains.interval / substeps
     rig = RigNumbers(
-        interval=gains.interval,
         substeps=substeps,
         late=round(sensors.delay / step),
         lag=exp(-2.0 * pi * min(rates) * step) if rates else 0.0,
