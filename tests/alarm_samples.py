@@ -6,7 +6,6 @@ from math import pi
 import numpy as np
 
 import cabledrive as cd
-from cabledrive.parameters import Cable, Carriage, Drive, Layout, Motor, Pulley
 from cabledrive.reduction.sagging_model import longitudinal_modes
 from cabledrive.reduction.static_state import free_stretches, static_state
 from cabledrive.studies.motion_response import prepare
@@ -25,7 +24,7 @@ class Sample:
 
     kind: str
     signal: str
-    drive: Drive
+    drive: cd.Drive
     motion: PlannedMotion
     omega: float
     floor: float
@@ -54,7 +53,7 @@ def random_drive(rng, heavy=False):
     lowest = pi * np.sqrt(pretension / density) / length
     elastic = np.sqrt(2 * pretension / strain / length / min(masses))
     pulleys = [
-        Pulley(
+        cd.Pulley(
             radius=RADIUS,
             inertia=m * RADIUS**2,
             viscous_friction=2 * log_uniform(rng, 5e-4, 2e-2) * elastic * m * RADIUS**2,
@@ -69,7 +68,7 @@ def random_drive(rng, heavy=False):
             if rng.uniform() < 0.4
             else None
         )
-        motor = Motor(inertia=own, joint_stiffness=joint)
+        motor = cd.Motor(inertia=own, joint_stiffness=joint)
     carriages, taken = [], set()
     for _ in range(int(rng.choice([0, 0, 1, 1, 2]))):
         span = "lower" if loop and rng.uniform() < 0.4 else "upper"
@@ -78,11 +77,11 @@ def random_drive(rng, heavy=False):
         place = length * rng.uniform(0.2, 0.8)
         if all(abs(place - other) > 0.1 * length for other in taken):
             taken.add(place)
-            carriages.append(Carriage(mass=mass, position=place, span=span, guided=bool(guided)))
-    return Drive(
+            carriages.append(cd.Carriage(mass=mass, position=place, span=span, guided=bool(guided)))
+    return cd.Drive(
         name="random",
         kind="loop" if loop else "line",
-        cable=Cable(
+        cable=cd.Cable(
             youngs_modulus=pretension / strain / 1e-6,
             area=1e-6,
             mass_per_length=density,
@@ -90,7 +89,7 @@ def random_drive(rng, heavy=False):
             transverse_damping=2 * damping * lowest,
             axial_damping=log_uniform(rng, 1e-4, 3e-3) * pretension / strain / elastic,
         ),
-        layout=Layout(span_length=length, inclination=slope),
+        layout=cd.Layout(span_length=length, inclination=slope),
         pulley=tuple(pulleys),
         carriage=tuple(carriages),
         motor=motor,

@@ -20,7 +20,6 @@ from click.testing import CliRunner
 
 import cabledrive as cd
 from cabledrive.app.main import main
-from cabledrive.parameters import InputRefused
 from cabledrive.studies.study.goals import COUNTS, QUANTITIES, SPREADS
 from command import call
 
@@ -126,7 +125,7 @@ def test_a_page_runs_and_prints_what_it_shows(page, whole, tmp_path, monkeypatch
         pytest.skip(f"{page} needs the measured logs {SHARED}, which are not here")
     try:
         steps = run_page(text, whole)
-    except InputRefused as refusal:
+    except cd.InputRefused as refusal:
         if "with its extra" not in str(refusal):
             raise
         pytest.skip(str(refusal))

@@ -4,7 +4,6 @@ import pytest
 import xarray as xr
 
 import cabledrive as cd
-from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.modal.mode import multiplets
 from command import answer, call
@@ -92,12 +91,12 @@ def test_packaged_drives_are_valid_and_reported_as_in_python(name):
     found = answer("check", name)
     assert (found["valid"], found["drive_hash"]) == (True, cd.content_hash(drive))
     assert found["derived"] == derived_with_lowest(drive)
-    assert found["warnings"] == list(drive_warnings(drive))
+    assert found["warnings"] == list(cd.drive_warnings(drive))
 
 
 def test_warnings_are_shown_to_people():
     text = call("check", "dissertation-3").stdout
-    for line in drive_warnings(cd.load_drive("dissertation-3")):
+    for line in cd.drive_warnings(cd.load_drive("dissertation-3")):
         assert f"Warning: {line}.\n" in text
     assert "Warning" not in call("check", "dissertation-1").stdout
 

@@ -12,7 +12,6 @@ import pytest
 import xarray as xr
 
 import cabledrive as cd
-from cabledrive.campaign import run_sweep
 from cabledrive.campaign.results import indices
 from campaign_computations import Dangerous, Ishigami
 from command import answer, refusal, run
@@ -30,7 +29,7 @@ ISHIGAMI = f'drive = "dissertation-3"\n[vary]\n{KEYS}[design]\nkind = "saltelli"
 def ishigami(tmp_path_factory):
     folder = tmp_path_factory.mktemp("ishigami")
     (folder / "spec.toml").write_text(ISHIGAMI)
-    run_sweep(folder / "spec.toml", folder / "store.zarr", computation=Ishigami(), progress=False)
+    cd.run_sweep(folder / "spec.toml", folder / "store.zarr", computation=Ishigami(), progress=False)
     return folder / "store.zarr"
 
 
@@ -73,7 +72,7 @@ def test_screening_finds_the_effects_of_a_product_and_a_line(tmp_path):
             return {"y": row.own["x1"] * row.own["x2"] - 3.0 * row.own["x3"]}
 
     store = tmp_path / "store.zarr"
-    run_sweep(tmp_path / "spec.toml", store, computation=Product(), progress=False)
+    cd.run_sweep(tmp_path / "spec.toml", store, computation=Product(), progress=False)
     found = answer("sensitivity", str(store), "--output", "y")
     assert (found["rows"], found["groups"], found["groups_left_out"]) == (2000, 400, 0)
     assert next(iter(found["effects"])) == "own.x3"
@@ -96,7 +95,7 @@ def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
         '[design]\nkind = "sobol"\nrows = 2048\n'
     )
     store = tmp_path / "store.zarr"
-    run_sweep(tmp_path / "spec.toml", store, computation=Dangerous(folder=str(tmp_path)), progress=False)
+    cd.run_sweep(tmp_path / "spec.toml", store, computation=Dangerous(folder=str(tmp_path)), progress=False)
     found = answer("tolerance", str(store), "--goal", "square < 23", "--target", "0.999")
     assert np.sqrt(17.0) / 8.0 < found["yield"] < np.sqrt(23.0) / 8.0
     assert found["yield_low"] < found["yield"] < found["yield_high"]
@@ -117,7 +116,7 @@ def test_the_page_of_a_campaign_needs_nothing_else_and_gives_the_worst_machines_
         '[design]\nkind = "sobol"\nrows = 128\n[compute]\nwhat = "modes"\ncount = 2\n'
     )
     store, page = tmp_path / "store.zarr", tmp_path / "page.html"
-    run_sweep(tmp_path / "spec.toml", store, progress=False)
+    cd.run_sweep(tmp_path / "spec.toml", store, progress=False)
     answer("report", str(store), "--goal", "longitudinal_hz[0] < 5.9 Hz", "-o", str(page))
     html = page.read_text()
     assert not re.findall(r'(?:src|href)="(?!data:|#)', html)

@@ -9,7 +9,6 @@ import pytest
 import cabledrive as cd
 from cabledrive.control.controller_kernels import LAST_SAMPLE, new_target_state, start_target, target_step
 from cabledrive.control.numbers import start_estimates
-from cabledrive.export import export_to
 from cabledrive.export.c99 import controller_package
 from cabledrive.export.door import write_folder
 from cabledrive.export.self_test import commands_of, references_of, rippled_readings, self_test
@@ -167,14 +166,14 @@ def test_the_count_of_samples_never_runs_over():
 
 def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     out = tmp_path / "pd"
-    found = export_to(out, "dissertation-3", "c99", controller="pd")
+    found = cd.export_to(out, "dissertation-3", "c99", controller="pd")
     assert sorted(path.name for path in out.iterdir()) == found["files"]
     assert found["drive_hash"] == cd.content_hash(cd.load_drive("dissertation-3"))
     assert found["sample_time"] == pytest.approx(2e-4)
     done = cd.track(cd.load_drive(str(out / "drive.toml")), controller=out)
     assert done.summary["controller"] == "pd"
     assert done.summary["gains"]["file"] == str(out / "controller.json")
-    again = export_to(tmp_path / "again", out, "c99")
+    again = cd.export_to(tmp_path / "again", out, "c99")
     assert (tmp_path / "again" / "cabledrive_law.c").read_text() == (out / "cabledrive_law.c").read_text()
     assert again["files"] == found["files"]
 
@@ -250,7 +249,7 @@ PAIRS = [(drive, law) for drive in cd.packaged_drives("loop", "line") for law in
 def test_a_pair_is_exported_and_passes_or_is_refused_as_track_refuses_it(drive, law, tmp_path):
     refused = None
     try:
-        export_to(tmp_path / "out", drive, "c99", controller=law)
+        cd.export_to(tmp_path / "out", drive, "c99", controller=law)
     except (cd.InputRefused, cd.NotComputed) as refusal:
         refused = str(refusal)
     if refused is not None:

@@ -5,7 +5,6 @@ import json
 import pytest
 
 import cabledrive as cd
-from cabledrive.export import export_to
 from cabledrive.rig.laws.controller_file import controller_numbers
 from command import call
 from export.designs import DRIVE, OWN, loop_of
@@ -31,7 +30,7 @@ ROWS = [
 @pytest.mark.parametrize("source, options, named", ROWS)
 def test_refused_in_one_line_with_nothing_written(source, options, named, tmp_path):
     with pytest.raises(cd.InputRefused) as refusal:
-        export_to(tmp_path / "out", source, **options)
+        cd.export_to(tmp_path / "out", source, **options)
     assert named in str(refusal.value)
     assert "\n" not in str(refusal.value)
     assert list(tmp_path.iterdir()) == []
@@ -41,13 +40,13 @@ def test_a_full_folder_an_empty_study_and_another_layout_are_refused(tmp_path):
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine.txt").write_text("mine")
     with pytest.raises(cd.InputRefused, match="not empty"):
-        export_to(tmp_path / "full", "dissertation-3", "c99")
+        cd.export_to(tmp_path / "full", "dissertation-3", "c99")
     (tmp_path / "study").mkdir()
     with pytest.raises(cd.InputRefused, match=r"controller\.json"):
-        export_to(tmp_path / "out", tmp_path / "study", "c99")
+        cd.export_to(tmp_path / "out", tmp_path / "study", "c99")
     (tmp_path / "controller.json").write_text(json.dumps({"drive_hash": "0"}))
     with pytest.raises(cd.InputRefused, match=r"controller\.json"):
-        export_to(tmp_path / "out", tmp_path / "controller.json", "c99")
+        cd.export_to(tmp_path / "out", tmp_path / "controller.json", "c99")
     assert not (tmp_path / "out").exists()
 
 
@@ -92,11 +91,11 @@ def test_the_reason_stands_in_the_header_and_the_readme(what, study, tmp_path):
 
 
 def test_a_copy_of_a_doubtful_law_stays_doubtful(study, tmp_path):
-    export_to(tmp_path / "firmware", study("no"), "c99", anyway=True)
+    cd.export_to(tmp_path / "firmware", study("no"), "c99", anyway=True)
     with pytest.raises(cd.InputRefused, match="its study is no"):
-        export_to(tmp_path / "again", tmp_path / "firmware", "c99")
+        cd.export_to(tmp_path / "again", tmp_path / "firmware", "c99")
 
 
 def test_the_law_of_a_study_that_says_yes_is_written_without_a_caution(study, tmp_path):
-    export_to(tmp_path / "firmware", study("yes"), "c99")
+    cd.export_to(tmp_path / "firmware", study("yes"), "c99")
     assert "Caution" not in (tmp_path / "firmware" / "cabledrive_law.h").read_text()

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.export import export_to
 from cabledrive.export.descriptions import mjcf_files, modelica_files
 from cabledrive.export.source import lumped_models
 from cabledrive.reduction.lumped_chain import state_space
@@ -85,7 +84,7 @@ def test_the_equations_of_the_modelica_text_are_those_of_the_chain(name):
 
 
 def test_klipper_gets_its_lines(tmp_path):
-    found = export_to(tmp_path / "out", shaper_json(tmp_path), "klipper")
+    found = cd.export_to(tmp_path / "out", shaper_json(tmp_path), "klipper")
     assert found["files"] == ["marlin.gcode", "printer.cfg"]
     assert "shaper_freq_x: 48.3" in (tmp_path / "out" / "printer.cfg").read_text()
     assert (

@@ -7,7 +7,6 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control.controller_kernels import own_target_step, start_target
-from cabledrive.export import export_to
 from cabledrive.export.controller_block import target_kernel
 from cabledrive.export.source import designed, designed_loop
 from export.compilers import WARNINGS, checked, needs_cc
@@ -39,7 +38,7 @@ def exported(tmp_path_factory):
     def export(own):
         if own.name not in kept:
             folder = tmp_path_factory.mktemp(own.name) / "c"
-            kept[own.name] = folder, export_to(folder, DRIVE, "c99", controller=own)
+            kept[own.name] = folder, cd.export_to(folder, DRIVE, "c99", controller=own)
         return kept[own.name]
 
     return export
@@ -92,7 +91,7 @@ def by_name(gains, state, measurement, reference):
 )
 def test_what_lies_outside_is_refused_in_one_line(changes, named, tmp_path):
     with pytest.raises(cd.InputRefused) as refusal:
-        export_to(tmp_path / "c", DRIVE, "c99", controller=replace(OWN, **changes))
+        cd.export_to(tmp_path / "c", DRIVE, "c99", controller=replace(OWN, **changes))
     assert named in str(refusal.value)
     assert "\n" not in str(refusal.value)
     assert list(tmp_path.iterdir()) == []

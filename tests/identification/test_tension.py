@@ -20,8 +20,6 @@ from cabledrive.identification.tension.strings import (
     tensions_for,
 )
 from cabledrive.identification.tension.tones import Tones, fit_tones
-from cabledrive.modal import modes
-from cabledrive.parameters import InputRefused, NotComputed, load_drive
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from command import answer, refusal
 from played_spans import SPANS, carrying, errors, held, played
@@ -32,7 +30,7 @@ LENGTH = next(span.length for span in cd.load_drive("corexy").free_spans if span
 
 
 def with_tension(name, tension):
-    return load_drive(name, overrides=[f"cable.pretension={tension}"])
+    return cd.load_drive(name, overrides=[f"cable.pretension={tension}"])
 
 
 def rung(drive, seed, *, duration=2.0, rate=2000.0, decay=2.0, span="upper", partials=3):
@@ -40,7 +38,7 @@ def rung(drive, seed, *, duration=2.0, rate=2000.0, decay=2.0, span="upper", par
     rng = np.random.default_rng(seed)
     time = np.arange(round(duration * rate)) / rate
     frequencies = [
-        m.frequency for m in modes(drive, count=40).transverse if m.span == span and m.plane == "v"
+        m.frequency for m in cd.modes(drive, count=40).transverse if m.span == span and m.plane == "v"
     ]
     clean = sum(
         np.exp(-0.5 * decay * time) * np.cos(2 * np.pi * f * time + rng.uniform(0, 6)) / (k + 1) ** 2
@@ -52,7 +50,7 @@ def rung(drive, seed, *, duration=2.0, rate=2000.0, decay=2.0, span="upper", par
 @pytest.fixture(scope="module")
 def exact_ping():
     """One second of the exact loop of configuration 3, plucked by 3 mm."""
-    drive = load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3")
     return drive, simulate(
         drive,
         1.5,
@@ -85,7 +83,7 @@ def by_the_string_formula(seed):
         drive, tension, length = cd.load_drive("corexy"), rng.uniform(15.0, 60.0), LENGTH
         speed = np.sqrt(tension * (1.0 + tension / 19.4e3) / 8.3e-3)
     else:
-        drive = load_drive(("dissertation-3", "dissertation-1")[belt], overrides=["layout.gravity=0"])
+        drive = cd.load_drive(("dissertation-3", "dissertation-1")[belt], overrides=["layout.gravity=0"])
         cable, length = drive.cable, drive.span_length
         tension = cable.pretension * rng.uniform(0.5, 2.0)
         speed = np.sqrt(tension / cable.mass_per_length / (1.0 + tension / cable.axial_rigidity))
@@ -117,7 +115,7 @@ def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
                 one = tension_of_route_span(log, drive, BELT_A).spans[BELT_A]
             else:
                 one = tension_from_ping(log, drive).spans["upper"]
-        except NotComputed:
+        except cd.NotComputed:
             refused += 1
             continue
         held += one.tension.low <= tension <= one.tension.high
@@ -132,10 +130,10 @@ def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
 @pytest.mark.parametrize("ratios", [(1.0,), (1.0, 2.756, 5.404), (1.0, 1.594, 2.136, 2.296)])
 def test_a_knock_is_no_string(ratios, measured):
     """One decaying tone, those of a bar with free ends, those of a plate."""
-    drive, time = load_drive("dissertation-3"), np.arange(4000) / 4000.0
+    drive, time = cd.load_drive("dissertation-3"), np.arange(4000) / 4000.0
     values = sum(np.exp(-8.0 * time) * np.cos(2 * np.pi * 83.0 * k * time) / k for k in ratios)
     values = values + 0.01 * np.random.default_rng(1).normal(size=time.size)
-    with pytest.raises(NotComputed, match="no string") as refused:
+    with pytest.raises(cd.NotComputed, match="no string") as refused:
         tension_from_ping(log_of(time, {"sound": values}, {}), drive)
     measured(str(refused.value))
 
@@ -150,9 +148,9 @@ def test_the_part_of_length_and_mass_is_beside_the_tension():
 
 def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right(measured):
     """A carriage of the span's own mass hangs at its third: the first mode falls by a third."""
-    source = load_drive("dissertation-3")
+    source = cd.load_drive("dissertation-3")
     carriage = {"carriage.0.mass": 1.68e-4, "carriage.0.position": 0.3, "carriage.0.guided": "false"}
-    base = load_drive("dissertation-transporter", overrides=[f"{k}={v}" for k, v in carriage.items()])
+    base = cd.load_drive("dissertation-transporter", overrides=[f"{k}={v}" for k, v in carriage.items()])
     drive = replace(base, cable=source.cable)
     time, values = rung(drive, 5)
     one = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
@@ -165,8 +163,8 @@ def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right(m
 def test_tension_is_the_inverse_of_the_certified_modes():
     drive = with_tension("dissertation-3", 9.0)
     drive = replace(drive, layout=replace(drive.layout, gravity=0.0))
-    first = next(m.frequency for m in modes(drive, count=8).transverse if m.span == "lower")
-    found = tensions_for(load_drive("dissertation-3"), [("lower", 0, 1, first)])
+    first = next(m.frequency for m in cd.modes(drive, count=8).transverse if m.span == "lower")
+    found = tensions_for(cd.load_drive("dissertation-3"), [("lower", 0, 1, first)])
     assert found == pytest.approx([9.0], rel=1e-10)
 
 
@@ -175,7 +173,7 @@ def test_both_spans_of_a_log_are_assigned_by_their_names():
     time, high = rung(upper, 1)
     _, low = rung(lower, 2)
     log = log_of(time, {"upper_position": high, "lower_position": low}, {})
-    found = tension_from_ping(log, load_drive("dissertation-3"))
+    found = tension_from_ping(log, cd.load_drive("dissertation-3"))
     assert found["upper"] == pytest.approx(7.5, rel=0.01)
     assert found["lower"] == pytest.approx(6.5, rel=0.01)
     assert found.as_dict()["parameters"]["tension_lower"]["unit"] == "N"
@@ -184,32 +182,32 @@ def test_both_spans_of_a_log_are_assigned_by_their_names():
 def test_noise_alone_has_no_tension():
     time = np.arange(4000) / 2000.0
     log = log_of(time, {"position": np.random.default_rng(3).normal(size=time.size)}, {"position": "m"})
-    with pytest.raises(NotComputed, match="no tone"):
-        tension_from_ping(log, load_drive("dissertation-3"))
+    with pytest.raises(cd.NotComputed, match="no tone"):
+        tension_from_ping(log, cd.load_drive("dissertation-3"))
 
 
 @pytest.mark.parametrize("kind", ["int16", "float32", "uint8"])
 def test_a_sound_file_is_a_log(tmp_path, kind):
-    _, values = rung(load_drive("dissertation-3"), 4, rate=8000.0)
+    _, values = rung(cd.load_drive("dissertation-3"), 4, rate=8000.0)
     loud = 0.5 * values / np.abs(values).max()
     stored = {"int16": loud * 32767, "float32": loud, "uint8": 128 + 127 * loud}[kind].astype(kind)
     wavfile.write(tmp_path / "ping.wav", 8000, stored)
     log = read_ping(tmp_path / "ping.wav")
     assert log.sample_rate == pytest.approx(8000.0, rel=1e-6)
     assert np.abs(log.channel("sound") - loud).max() < 0.02
-    assert tension_from_ping(log, load_drive("dissertation-3"))["upper"] == pytest.approx(7.0, rel=0.01)
+    assert tension_from_ping(log, cd.load_drive("dissertation-3"))["upper"] == pytest.approx(7.0, rel=0.01)
 
 
 @pytest.mark.parametrize("content", [b"", b"RIFF\x00\x00\x00\x00WAVEfmt ", b"no sound at all" * 9])
 def test_a_corrupt_sound_file_is_refused_in_one_line(tmp_path, content):
     (tmp_path / "ping.wav").write_bytes(content)
-    with pytest.raises(InputRefused, match=r"ping\.wav") as refusal:
+    with pytest.raises(cd.InputRefused, match=r"ping\.wav") as refusal:
         read_wav(tmp_path / "ping.wav")
     assert "\n" not in str(refusal.value)
 
 
 def test_a_clipped_recording_is_reported(tmp_path):
-    _, values = rung(load_drive("dissertation-3"), 4, rate=8000.0)
+    _, values = rung(cd.load_drive("dissertation-3"), 4, rate=8000.0)
     wavfile.write(tmp_path / "ping.wav", 8000, (np.clip(3 * values, -1, 1) * 32767).astype("int16"))
     assert "clipped" in read_wav(tmp_path / "ping.wav").report.findings[0]
 
@@ -222,7 +220,7 @@ def test_pings_of_other_machines_and_sections_give_their_tension(name, section):
     from cabledrive.mechanics.spans import transverse_chains
     from cabledrive.modal.tuning import section_frequencies
 
-    drive, rng = load_drive(name), np.random.default_rng(section)
+    drive, rng = cd.load_drive(name), np.random.default_rng(section)
     chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == "upper"]
     f = np.array(section_frequencies(chains[section], 3)) / (2 * np.pi)
     rate = max(20.0 * f[0], 12.0 * f[2])
@@ -240,7 +238,7 @@ def test_another_span_that_sounds_as_well_is_reported():
     """The lower span at 8 N, half as loud, beside the upper one at 7 N; alone it identifies nothing."""
     time, upper = rung(with_tension("dissertation-3", 7.0), 1, rate=4000.0)
     _, lower = rung(with_tension("dissertation-3", 8.0), 2, rate=4000.0)
-    drive = load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3")
     both = tension_from_ping(log_of(time, {"sound": upper + 0.5 * lower}, {}), drive).spans["upper"]
     assert any("another tone at 108" in finding for finding in both.findings), both.findings
     assert both.tension.value == pytest.approx(7.0, rel=0.01)
@@ -250,7 +248,7 @@ def test_another_span_that_sounds_as_well_is_reported():
 def chirp(drive, seconds, rate=2000.0):
     """Constant amplitude through the first tones of a span, as a motor makes that is swept."""
     time = np.arange(round(seconds * rate)) / rate
-    first = next(m.frequency for m in modes(drive, count=40).transverse if m.span == "upper")
+    first = next(m.frequency for m in cd.modes(drive, count=40).transverse if m.span == "upper")
     low, high = 0.3 * first, 4.0 * first
     return time, np.sin(2 * np.pi * (low * time + 0.5 * (high - low) / seconds * time**2))
 
@@ -258,36 +256,36 @@ def chirp(drive, seconds, rate=2000.0):
 @pytest.mark.parametrize("seconds", [5.0, 20.0, 60.0])
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_a_sweep_is_no_ping(seconds, noise, measured):
-    drive = load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3")
     time, values = chirp(drive, seconds)
     values = values + noise * np.random.default_rng(1).normal(size=values.size)
-    with pytest.raises(NotComputed) as refused:
+    with pytest.raises(cd.NotComputed) as refused:
         tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
     measured(f"sweep of {seconds} s: {str(refused.value)[:60]}")
 
 
 def test_a_sweep_past_the_tone_of_the_span_is_no_ping():
     """The span answers the sweep with its resonance, damping ratio 0.01: it swells before it dies away."""
-    drive = load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3")
     time, force = chirp(drive, 20.0)
-    first = next(m.frequency for m in modes(drive, count=40).transverse if m.span == "upper")
+    first = next(m.frequency for m in cd.modes(drive, count=40).transverse if m.span == "upper")
     w = 2 * np.pi * first
     kernel = np.exp(-0.01 * w * time) * np.sin(w * time)
     values = np.convolve(force, kernel)[: time.size]
-    with pytest.raises(NotComputed, match="no ping"):
+    with pytest.raises(cd.NotComputed, match="no ping"):
         tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
 
 
 def test_a_hum_is_no_ping():
-    drive = load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3")
     time, values = rung(drive, 0, decay=0.0)
-    with pytest.raises(NotComputed, match="does not decay"):
+    with pytest.raises(cd.NotComputed, match="does not decay"):
         tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
 
 
 @pytest.mark.parametrize("silence", [0.0, 0.1, 1.0])
 def test_a_ping_after_a_silence_is_a_ping(silence):
-    drive = load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3")
     time, values = rung(drive, 3)
     quiet = NOISE * np.random.default_rng(4).normal(size=round(silence * 2000.0))
     values = np.concatenate([quiet, values])
@@ -298,9 +296,9 @@ def test_a_ping_after_a_silence_is_a_ping(silence):
 
 def test_a_recording_too_short_for_the_span_is_refused():
     """Two seconds of the elevator's ropes, whose first mode is some Hz: nothing is left after thinning."""
-    drive = load_drive("elevator")
+    drive = cd.load_drive("elevator")
     time, values = rung(drive, 0)
-    with pytest.raises(InputRefused, match="record longer"):
+    with pytest.raises(cd.InputRefused, match="record longer"):
         tension_from_ping(log_of(time, {"sound": values}, {}), drive)
 
 
@@ -385,7 +383,7 @@ def test_one_partial_of_each_span_may_be_taken_either_way():
     one = played(10_052, drive=carrying(), pretension=7.0, share=0.1, probe=0.19, noise=0.0)
     low = zero_phase(one.log.channel("sound"), one.log.interval, 115.0, order=8)
     low = low + 0.02 * np.abs(low).max() * np.random.default_rng(1).normal(size=low.size)
-    with pytest.raises(NotComputed, match="two assignments") as refusal:
+    with pytest.raises(cd.NotComputed, match="two assignments") as refusal:
         tension_of_both(log_of(one.log.time, {"sound": low}, {}), one.drive)
     assert "\n" not in str(refusal.value)
 
@@ -483,7 +481,7 @@ def test_fifty_recordings_of_nearly_equal_tensions(measured):
 # --- The load pulley feels its spans: its encoder shows a ping in counts, its load cell both tensions
 def turning(name, tension, height):
     """Two seconds of a plucked loop, which turns its load pulley."""
-    drive = load_drive(name, overrides=[f"cable.pretension={tension}", "cable.transverse_damping=2"])
+    drive = cd.load_drive(name, overrides=[f"cable.pretension={tension}", "cable.transverse_damping=2"])
     plucks = (Pluck(height=height, place=0.4),)
     recording = Recording(rate=2000.0)
     return drive, simulate(
@@ -515,7 +513,7 @@ def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least
     for phase in np.arange(20) / 20:
         try:
             off.append(abs(tension_by_counts(drive, run, phase) / tension - 1.0))
-        except NotComputed as refusal:
+        except cd.NotComputed as refusal:
             refusals.append(str(refusal))
     measured(f"{len(off)} of 20 identified" + (f", worst {100 * max(off):.3f} %" if off else ""))
     assert all("no tone" in one for one in refusals), refusals
@@ -525,7 +523,7 @@ def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least
 
 def test_the_load_cell_parts_the_combined_tension_by_the_turning_of_its_pulley(measured):
     """A shaken load pulley: T2 - T1 = J2 a / r2, T1 + T2 = F + 2 rho v^2; noise of the cell 0.05 N."""
-    drive, rng = load_drive("dissertation-3"), np.random.default_rng(8)
+    drive, rng = cd.load_drive("dissertation-3"), np.random.default_rng(8)
     time = np.arange(20_000) / 1000.0
     swing, omega = 0.3, 2 * np.pi * 3.0
     angle = swing * np.sin(omega * time)
@@ -552,7 +550,7 @@ def test_the_load_cell_parts_the_combined_tension_by_the_turning_of_its_pulley(m
 def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
     time = np.arange(5000) / 1000.0
     force = 13.0 + 0.05 * np.random.default_rng(1).normal(size=time.size)
-    found = tensions_from_load_cell(log_of(time, {"force": force}, {}), load_drive("dissertation-1"))
+    found = tensions_from_load_cell(log_of(time, {"force": force}, {}), cd.load_drive("dissertation-1"))
     assert found.mean_upper[0] == pytest.approx(6.5, abs=0.01)
     assert found.mean_upper[0] == found.mean_lower[0]
     assert "no angle" in found.findings[0]

@@ -13,7 +13,6 @@ from cabledrive.mechanics.network.hanging import hanging_elements
 from cabledrive.mechanics.network.pieces import straight_element
 from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.mechanics.network.span_table import pulley_rows
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
 from oracles.network_fem import matrices
@@ -243,7 +242,7 @@ def test_a_rope_that_a_load_slackens_hangs_and_one_that_would_have_to_push_is_re
     assert -near - far == pytest.approx(5000.0, rel=1e-9)
     assert 0.0 < far < 100.0
     alone = SLIDE.replace("RIGHT", "").replace("LOAD", "-1 kN")
-    with pytest.raises(InputRefused, match="cannot push"):
+    with pytest.raises(cd.InputRefused, match="cannot push"):
         statics_of(drive_from_text(alone))
 
 

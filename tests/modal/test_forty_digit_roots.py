@@ -13,7 +13,6 @@ import cabledrive as cd
 from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.rows import counted, lanes_at
-from cabledrive.parameters import Motor
 
 MODES = 12
 SIMPLE, MULTIPLE = 1e-12, 1e-9
@@ -248,7 +247,7 @@ def test_pendant_tuned_to_the_mode_of_resting_pulleys_leaves_it_where_it_was(mea
     """Motor and joint ring at the same frequency: a pole of the span meets the pole of the pendant."""
     drive = cd.load_drive("dissertation-1")
     half_wave = 2 * np.pi * cd.natural_frequencies(drive, count=2)[1]
-    motor = Motor(inertia=1e-6, joint_stiffness=float(1e-6 * half_wave**2))
+    motor = cd.Motor(inertia=1e-6, joint_stiffness=float(1e-6 * half_wave**2))
     tuned = replace(drive, motor=motor)
     listed = cd.natural_frequencies(tuned, count=5)
     roots = [float(root) / (2 * np.pi) for root in exact_roots(in_metres(tuned), 5)]

@@ -10,7 +10,6 @@ from machines import drive, machine, pulley, some_cable, spread
 from transfer_roots import exact_roots
 
 import cabledrive as cd
-from cabledrive.parameters import Cable, Carriage, Drive, InputRefused, Layout, Motor, NotComputed, Pulley
 from drive_strategies import drives
 
 
@@ -24,7 +23,7 @@ def string_of_carriages(number, contrast, kind="loop", guided=False):
         places = np.cumsum([spread(rng, contrast) for _ in range(number // len(spans) + 1)])
         for place in length * places[:-1] / places[-1]:
             carriages.append(
-                Carriage(mass=mass * spread(rng, contrast), span=span, position=place, guided=guided)
+                cd.Carriage(mass=mass * spread(rng, contrast), span=span, position=place, guided=guided)
             )
     return drive(kind, cable, length, [pulley(10 * mass), pulley(7 * mass)], carriages)
 
@@ -88,7 +87,7 @@ def test_any_drive_that_can_be_written_down_is_certified_or_says_why_not(measure
     def check(machine):
         try:
             modes = cd.modes(machine, count=5)
-        except (InputRefused, NotComputed):
+        except (cd.InputRefused, cd.NotComputed):
             outcomes["refused"] += 1
             return
         outcomes["certified" if modes.certified else "said not to be certified"] += 1
@@ -102,13 +101,13 @@ def test_any_drive_that_can_be_written_down_is_certified_or_says_why_not(measure
 
 def test_a_slow_mode_whose_rate_drowns_in_round_off_is_refused():
     """A wheel of 1245 km, held by a spring, and one of 1 m on a belt of 2 kg that moves with both."""
-    stiff = Drive(
+    stiff = cd.Drive(
         name="stiff",
         kind="loop",
-        cable=Cable(youngs_modulus=1167289.0, area=0.0078125, mass_per_length=1.0, pretension=1.0),
-        layout=Layout(span_length=1.0, gravity=0.0),
-        pulley=(Pulley(radius=1245433.0, inertia=1.0), Pulley(radius=1.0, inertia=1.0)),
-        motor=Motor(inertia=1.0, holding_stiffness=3.0),
+        cable=cd.Cable(youngs_modulus=1167289.0, area=0.0078125, mass_per_length=1.0, pretension=1.0),
+        layout=cd.Layout(span_length=1.0, gravity=0.0),
+        pulley=(cd.Pulley(radius=1245433.0, inertia=1.0), cd.Pulley(radius=1.0, inertia=1.0)),
+        motor=cd.Motor(inertia=1.0, holding_stiffness=3.0),
     )
     with pytest.raises(cd.NotComputed, match="could not be refined"):
         cd.modes(stiff, count=1)

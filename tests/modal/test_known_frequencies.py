@@ -8,7 +8,6 @@ from scipy.optimize import brentq
 
 import cabledrive as cd
 from cabledrive.modal.rigid_supports import against_lumped_springs, against_rigid_supports
-from cabledrive.parameters import Cable, Carriage, Drive, Layout, Pulley, load_drive
 
 
 @pytest.mark.parametrize(
@@ -39,10 +38,10 @@ def relative_error(found, expected):
 
 def bar(mass_ratio, fixed=(True, False)):
     """A line held at its first end with m/M = `mass_ratio`, mass of the bar over mass at its end."""
-    cable = Cable(youngs_modulus=2e11, area=1e-4, mass_per_length=0.8, pretension=10.0)
+    cable = cd.Cable(youngs_modulus=2e11, area=1e-4, mass_per_length=0.8, pretension=10.0)
     end = cable.mass_per_length * 2.0 / mass_ratio
-    pulleys = [Pulley(radius=1.0, inertia=end, fixed=held) for held in fixed]
-    return Drive(name="bar", kind="line", cable=cable, layout=Layout(span_length=2.0), pulley=pulleys)
+    pulleys = [cd.Pulley(radius=1.0, inertia=end, fixed=held) for held in fixed]
+    return cd.Drive(name="bar", kind="line", cable=cable, layout=cd.Layout(span_length=2.0), pulley=pulleys)
 
 
 @pytest.mark.parametrize(
@@ -85,14 +84,14 @@ def test_beaded_string_rings_like_lagranges(beads, measured):
     """w_k = 2 sqrt(T/(m a)) sin(k pi/(2(N + 1))), N beads at equal gaps a on a string of no mass."""
     length, mass, tension = 3.0, 0.7, 20.0
     gap = length / (beads + 1)
-    cable = Cable(youngs_modulus=1e12, area=1e-3, mass_per_length=1e-14, pretension=tension)
-    carriages = [Carriage(mass=mass, position=gap * (k + 1), guided=False) for k in range(beads)]
-    drive = Drive(
+    cable = cd.Cable(youngs_modulus=1e12, area=1e-3, mass_per_length=1e-14, pretension=tension)
+    carriages = [cd.Carriage(mass=mass, position=gap * (k + 1), guided=False) for k in range(beads)]
+    drive = cd.Drive(
         name="beads",
         kind="line",
         cable=cable,
-        layout=Layout(span_length=length, gravity=0.0),
-        pulley=[Pulley(radius=1.0, inertia=1.0)] * 2,
+        layout=cd.Layout(span_length=length, gravity=0.0),
+        pulley=[cd.Pulley(radius=1.0, inertia=1.0)] * 2,
         carriage=carriages,
     )
     planes = [m.frequency for m in cd.modes(drive, count=beads).transverse if m.plane == "w"]
@@ -127,7 +126,7 @@ def test_rigid_supports_leave_the_multiples_of_a_half_wave(measured):
 
 
 # --- Rigid supports and springs without mass: where the simple formulas hold, and how they fail
-LOOP = load_drive("dissertation-1")
+LOOP = cd.load_drive("dissertation-1")
 
 
 def with_rims(drive, first, second):
@@ -141,7 +140,7 @@ def with_rims(drive, first, second):
 def test_rigid_supports_miss_the_pulley_mode_of_both_configurations_by_a_factor():
     """Section 3.2.1: 751.73 Hz against 116.33 and 81.74 Hz; transverse modes do not see the pulleys."""
     for number, factor in ((1, 751.7327 / 116.3293), (2, 751.7327 / 81.7421)):
-        drive = load_drive(f"dissertation-{number}", overrides=["layout.gravity=0"])
+        drive = cd.load_drive(f"dissertation-{number}", overrides=["layout.gravity=0"])
         along, across = against_rigid_supports(drive)
         assert along.deviation == pytest.approx(factor - 1, rel=1e-5)
         assert abs(across.deviation) < 1e-12, f"{across.deviation:.1e}"
@@ -177,12 +176,12 @@ def test_lumped_springs_are_right_to_first_order_in_the_mass_of_the_cable(kind, 
 def test_lumped_springs_of_the_dissertation():
     """sqrt(2 k (r1^2/J1 + r2^2/J2))/(2 pi): 117.50 and 83.36 Hz, one and two per cent high."""
     for number, simple, deviation in ((1, 117.497, 0.01004), (2, 83.359, 0.01978)):
-        found = against_lumped_springs(load_drive(f"dissertation-{number}"))
+        found = against_lumped_springs(cd.load_drive(f"dissertation-{number}"))
         assert found.simple == pytest.approx(simple, abs=1e-3)
         assert found.deviation == pytest.approx(deviation, abs=1e-5)
 
 
 def test_measured_lumped_stiffness_does_not_enter():
     """`modes` uses the cable's own EA, and so does what it is compared with."""
-    drive = load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3")
     assert against_lumped_springs(drive) == against_lumped_springs(replace(drive, lumped=None))

@@ -13,7 +13,6 @@ from cabledrive.modal import longitudinal_modes
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.modal.networks import network_of_drive
 from cabledrive.modal.spectrum import Spectrum
-from cabledrive.parameters import Carriage, Drive, Layout
 
 SEEDS = range(12)
 
@@ -83,7 +82,7 @@ def scaled_drive(drive, mass, length=1.0):
     return replace(
         drive,
         cable=replace(drive.cable, mass_per_length=mass / length * drive.cable.mass_per_length),
-        layout=Layout(span_length=length * drive.layout.span_length),
+        layout=cd.Layout(span_length=length * drive.layout.span_length),
         pulley=tuple(replace(p, inertia=mass * p.inertia) for p in drive.pulley),
         carriage=tuple(replace(c, mass=mass * c.mass, position=length * c.position) for c in drive.carriage),
         motor=scaled_motor(drive.motor, stiffness=1 / length, inertia=mass),
@@ -104,7 +103,7 @@ def test_added_mass_lowers_every_frequency_and_the_old_ones_interlace(seed, meas
     drive = uneven_machine(rng, 1e3)
     mass = drive.cable.mass_per_length * drive.span_length * 10 ** rng.uniform(-3, 3)
     place = rng.uniform(0.05, 0.95) * drive.span_length
-    loaded = replace(drive, carriage=(*drive.carriage, Carriage(mass=mass, position=place)))
+    loaded = replace(drive, carriage=(*drive.carriage, cd.Carriage(mass=mass, position=place)))
     without = cd.natural_frequencies(drive, count=12)
     with_mass = cd.natural_frequencies(loaded, count=13)
     check_interlacing(with_mass, without, measured)
@@ -127,11 +126,11 @@ def test_heavy_pulleys_become_rigid_supports(kind, measured):
     """J -> infinity leaves n c_u/(2 Le), from above by a share of the cable's mass over the pulley's."""
     cable = some_cable(np.random.default_rng(3))
     heavy = 1e9 * cable.mass_per_length
-    drive = Drive(
+    drive = cd.Drive(
         name="heavy",
         kind=kind,
         cable=cable,
-        layout=Layout(span_length=1.0),
+        layout=cd.Layout(span_length=1.0),
         pulley=(pulley(heavy), pulley(heavy)),
     )
     spans = len(drive.spans)
@@ -164,7 +163,7 @@ def test_midpoint_carriage_leaves_the_fundamental_alone_up_to_its_crossing(measu
 
 def loaded_fundamental(drive, ratio):
     mass = ratio * 2 * drive.span_length * drive.cable.mass_per_length
-    carriage = Carriage(mass=mass, position=0.5 * drive.span_length)
+    carriage = cd.Carriage(mass=mass, position=0.5 * drive.span_length)
     return cd.natural_frequencies(replace(drive, carriage=(carriage,)), count=1)[0]
 
 

@@ -3,7 +3,6 @@
 import pytest
 
 import cabledrive as cd
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_from_text, drive_text, packaged_text
 
 LIFT = packaged_text("lift-2-to-1")
@@ -41,7 +40,7 @@ PLACE, SHAFT = '"0.5 shaft + 0.5 m"', 'shaft = "42 m"'
     ],
 )
 def test_what_is_no_excitation_and_no_relative_place_is_refused(text, name):
-    with pytest.raises(InputRefused, match=name):
+    with pytest.raises(cd.InputRefused, match=name):
         drive_from_text(text)
 
 

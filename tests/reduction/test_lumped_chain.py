@@ -10,8 +10,6 @@ from scipy.linalg import eigh
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.response import network_response
-from cabledrive.modal import natural_frequencies
-from cabledrive.parameters import load_drive
 from cabledrive.reduction import lumped_chain
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
@@ -26,7 +24,7 @@ from cabledrive.reduction.two_motors_kernels import line_at
 from cabledrive.rig import Motion, RigOptions
 from network_samples import as_route, without_gravity
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = cd.load_drive("dissertation-3")
 J11, J12, J2, B1 = 0.0011, 0.000642, 0.00235, 0.0031
 K_M, B_M, KK, BB = 135.0, 0.075, 2 * 850 * 0.04**2, 2 * 0.18 * 0.04
 OMEGA = 2 * np.pi * np.geomspace(0.3, 400.0, 60)
@@ -76,7 +74,7 @@ def test_distributed_response_peaks_at_the_certified_modes():
         motor=replace(DRIVE.motor, joint_damping=0.0, viscous_friction=0.0),
         lumped=replace(DRIVE.lumped, cable_damping=0.0),
     )
-    for mode in natural_frequencies(with_measured_stiffness(bare), count=2):
+    for mode in cd.natural_frequencies(with_measured_stiffness(bare), count=2):
         beside = distributed_response(bare, 2 * np.pi * mode * np.array([1 - 1e-7, 1 + 1e-7]))
         assert beside[0].real * beside[1].real < 0.0, f"no pole at {mode:.4f} Hz"
     # straight, whatever it weighs and however loose it is

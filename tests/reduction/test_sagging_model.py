@@ -9,7 +9,6 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import cabledrive as cd
-from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Pulley, load_drive
 from cabledrive.reduction.sagging_kernels import integrate_sagging, rub
 from cabledrive.reduction.sagging_model import _fixed_length, longitudinal_modes, numbers_of, sagging_model
 from cabledrive.reduction.static_state import static_state
@@ -18,14 +17,14 @@ from cabledrive.reduction.transverse_sections import largest_slope, span_tension
 
 def held_line(sag_parameter_scale):
     """A level line between held pulleys, lightly sagging."""
-    pulleys = tuple(Pulley(radius=0.05, inertia=1.0, fixed=True) for _ in range(2))
-    return Drive(
+    pulleys = tuple(cd.Pulley(radius=0.05, inertia=1.0, fixed=True) for _ in range(2))
+    return cd.Drive(
         name="line",
         kind="line",
-        cable=Cable(
+        cable=cd.Cable(
             youngs_modulus=1e12, area=1e-6, mass_per_length=0.08, pretension=250.0 * sag_parameter_scale
         ),
-        layout=Layout(span_length=50.0),
+        layout=cd.Layout(span_length=50.0),
         pulley=pulleys,
     )
 
@@ -93,15 +92,15 @@ def test_friction_above_the_torque_holds_the_rims():
 
 
 # --- Limits and sizes that models of the loop state: slack, a span outside a mode, length of the cable
-DRIVE = load_drive("dissertation-2")
+DRIVE = cd.load_drive("dissertation-2")
 
 
 def test_the_stated_limit_of_the_load_torque_is_where_a_span_goes_slack():
-    with pytest.raises(InputRefused) as refused:
+    with pytest.raises(cd.InputRefused) as refused:
         span_tensions(DRIVE, 1e3)
     limit = float(re.search(r"stay below (\S+) N m", str(refused.value))[1])
     assert 0.0 < min(span_tensions(DRIVE, 0.999 * limit).values()) < 2e-3 * DRIVE.cable.pretension
-    with pytest.raises(InputRefused):
+    with pytest.raises(cd.InputRefused):
         span_tensions(DRIVE, 1.001 * limit)
 
 

@@ -9,9 +9,7 @@ from matplotlib.figure import Figure
 
 import cabledrive as cd
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.modal import modes, natural_frequencies
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.parameters import load_drive, packaged_drives
 from cabledrive.report.animation import animation_page, controlled_film
 from cabledrive.report.figures import ladder, run_histories, shapes
 from cabledrive.report.figures.moving_machine import drawn_loop
@@ -24,11 +22,11 @@ from report_page import Reader
 
 
 def below_fifth(name: str):
-    drive = load_drive(name)
-    return drive, modes(drive, below=1.05 * natural_frequencies(drive, count=5)[-1])
+    drive = cd.load_drive(name)
+    return drive, cd.modes(drive, below=1.05 * cd.natural_frequencies(drive, count=5)[-1])
 
 
-@pytest.mark.parametrize("name", packaged_drives("loop", "line"))
+@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
 def test_the_staircase_rises_at_every_listed_mode_and_nowhere_else(name):
     """The count knows nothing of the list, so a missed mode would show as a step without a mode."""
     drive, found = below_fifth(name)
@@ -40,7 +38,7 @@ def test_the_staircase_rises_at_every_listed_mode_and_nowhere_else(name):
     assert steps.count[-1] == found.certificate.longitudinal
 
 
-@pytest.mark.parametrize("name", packaged_drives("loop", "line"))
+@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
 def test_a_drawn_shape_goes_from_rim_to_rim_as_the_pulleys_turn(name):
     """The ends of the drawn spans are the displacements of the rims, to the scale of the drawing."""
     drive, found = below_fifth(name)
@@ -63,10 +61,10 @@ def spread(drive):
         yield span, np.unique([*np.linspace(0.0, drive.span_length, shapes.POINTS), *carried])
 
 
-@pytest.mark.parametrize("name", packaged_drives("loop", "line"))
+@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
 def test_the_drawing_keeps_the_proportions_of_the_machine(name):
     """Spans are tangents of the pulleys, to scale with their carriages; what is stretched is said."""
-    drive, sheet = load_drive(name), Sheet()
+    drive, sheet = cd.load_drive(name), Sheet()
     drawn = drawn_loop(sheet, drive)
     for pulley, own in zip(drawn.pulleys, drive.pulley, strict=True):
         assert pulley.radius / drawn.pulleys[0].radius == pytest.approx(own.radius / drive.pulley[0].radius)
@@ -147,7 +145,7 @@ def test_a_longitudinal_mode_moves_dots_along_their_spans_and_never_off_their_pu
 
 
 # --- Pictures and animation of the cable in time
-DRIVE = load_drive("dissertation-2")
+DRIVE = cd.load_drive("dissertation-2")
 
 
 @cache
@@ -165,7 +163,7 @@ def run(fields: int = 20):
 def test_the_spectrum_marks_the_certified_modes():
     marks = run_histories.spectrum_marks(DRIVE)
     longitudinal = [frequency for frequency, kind in marks if kind == "longitudinal"]
-    assert longitudinal == [pytest.approx(natural_frequencies(DRIVE, count=1)[0])]
+    assert longitudinal == [pytest.approx(cd.natural_frequencies(DRIVE, count=1)[0])]
     transverse = [frequency for frequency, kind in marks if kind == "transverse"]
     # the sag parts the planes and couples the spans, by less than 2e-5
     orders = np.rint(np.array(transverse) / transverse[0])
@@ -191,7 +189,7 @@ def test_the_animation_on_a_page_needs_no_script_and_obeys_who_wants_less_motion
 
 # --- The film of a controlled run: every picture shows the run at its time
 def test_every_picture_says_the_error_at_its_time():
-    drive, motion = load_drive("dissertation-3"), Motion(angle=15.0, rise=0.2, dwell=0.05)
+    drive, motion = cd.load_drive("dissertation-3"), Motion(angle=15.0, rise=0.2, dwell=0.05)
     found = track(drive, controller="pd", bandwidth=20.0, plant="model-3", motion=motion)
     page = controlled_film(drive, found)
     said = re.findall(r">(\d+\.\d+) s, error (-?[\d.]+) deg<", page)

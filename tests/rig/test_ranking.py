@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
@@ -26,7 +25,7 @@ from cabledrive.rig.margins import (
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = cd.load_drive("dissertation-3")
 OPTIONS = RigOptions()
 
 
@@ -112,7 +111,7 @@ def test_track_takes_the_law_that_compare_lists(name, measured):
 )
 def test_best_gains_leave_the_torque_below_its_limit_whatever_changes_the_loop(overrides, options, measured):
     """A third of the samples saturated at a delay of 1 ms where the gains knew nothing of it."""
-    drive = load_drive("dissertation-3", overrides=overrides)
+    drive = cd.load_drive("dissertation-3", overrides=overrides)
     said = best_track(drive, controller="darc-4-damped", options=RigOptions(**options), seed=5).summary
     measured(f"{said['gains']['bandwidth_hz']:.0f} Hz, {said['peak_torque']:.2f} N m")
     assert said["saturated_fraction"] == 0.0
@@ -124,7 +123,7 @@ MOTION = Motion(angle=5.0, rise=0.2, dwell=0.05, order=11)
 
 
 def loop_of(name, hertz, *overrides):
-    drive = load_drive("dissertation-3", overrides=list(overrides))
+    drive = cd.load_drive("dissertation-3", overrides=list(overrides))
     made = CONTROLLERS[name](DesignSpec(drive, MOTION, bandwidth=hertz))
     return close_loop(DesignSpec(drive, MOTION), made, np.random.default_rng(0))
 

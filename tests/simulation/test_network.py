@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.methods import time_grid
@@ -279,7 +278,7 @@ def test_the_energy_handled_is_what_a_plucked_machine_starts_with():
     ],
 )
 def test_what_cannot_be_run_is_refused_in_one_line(options, words):
-    with pytest.raises(InputRefused, match=words) as refused:
+    with pytest.raises(cd.InputRefused, match=words) as refused:
         cd.simulate(PRINTER, 0.01, **options)
     assert "\n" not in str(refused.value)
 

@@ -8,7 +8,6 @@ import pytest
 from scipy.optimize import curve_fit
 
 import cabledrive as cd
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route import moved
 from cabledrive.simulation import Recording, Scheme, SimulationInterrupted, run
@@ -237,10 +236,10 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_file(kind, tmp_path, monk
             cd.simulate(drive, duration, output=path, **options)
     assert 0 < len(caught.value.result.time) < 101
     assert not path.exists()
-    with pytest.raises(InputRefused, match="left by an interrupted run"):
+    with pytest.raises(cd.InputRefused, match="left by an interrupted run"):
         cd.simulate(drive, duration, output=path, **options)
     if kind == "network":
-        with pytest.raises(InputRefused, match="another torque"):
+        with pytest.raises(cd.InputRefused, match="another torque"):
             cd.simulate(drive, duration, output=path, resume=True, **(options | {"torque": 0.02}))
     cd.simulate(drive, duration, output=path, resume=True, **options)
     assert path.read_bytes() == whole.read_bytes()
@@ -262,7 +261,7 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_file(kind, tmp_path, monk
 def test_what_cannot_travel_is_refused_in_one_line(change, options, words):
     drive = drive_from_text(HOIST if "inertia" not in change else HOIST.split("motor = ")[0])
     drive = replace(drive, pulley=tuple(replace(one, **change) for one in drive.pulley))
-    with pytest.raises(InputRefused, match=words) as refused:
+    with pytest.raises(cd.InputRefused, match=words) as refused:
         cd.simulate(drive, 0.1, **({"travel": True} | options))
     assert "\n" not in str(refused.value)
 
@@ -272,7 +271,7 @@ def test_what_cannot_travel_is_refused_in_one_line(change, options, words):
     [("serpentine", "turns"), ("ropeway-towers", "carriage"), ("corexy", "holding_stiffness")],
 )
 def test_machines_that_do_not_travel_say_why(name, words):
-    with pytest.raises(InputRefused, match=words):
+    with pytest.raises(cd.InputRefused, match=words):
         cd.simulate(cd.load_drive(name), 0.1, travel=True)
 
 

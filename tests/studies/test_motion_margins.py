@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.studies.motion_margins import EXCEEDED, motion_margins
 from cabledrive.studies.planned_motion import PlannedMotion
@@ -108,14 +107,14 @@ def test_the_vibration_is_that_of_a_chain_that_scipy_integrates(ramp, measured):
 def test_places_that_the_ropes_do_not_allow_are_refused():
     time = np.linspace(0.0, 1.0, 101)
     places = {"car.y": 0.1 * time, "weight.y": 0.1 * time}
-    with pytest.raises(InputRefused, match="do not go together"):
+    with pytest.raises(cd.InputRefused, match="do not go together"):
         motion_margins(drive_from_text(ATWOOD), PlannedMotion(time=time, torque=0.0 * time, places=places))
-    with pytest.raises(InputRefused, match=r"add beam\.y"):
+    with pytest.raises(cd.InputRefused, match=r"add beam\.y"):
         motion_margins(
             cd.load_drive("corexy"),
             PlannedMotion(time=time, torque=0.0 * time, places={"head.x": 0.17 + 0.1 * time}),
         )
-    with pytest.raises(InputRefused, match="give the torque alone"):
+    with pytest.raises(cd.InputRefused, match="give the torque alone"):
         motion_margins(
             cd.load_drive("tendon-finger"),
             PlannedMotion(time=time, torque=0.0 * time, places={"proximal.turn": 0.1 * time}),

@@ -9,7 +9,6 @@ from reproduction.tension_sweep import Sweep, onset, onset_by_growth_integral, s
 
 import cabledrive as cd
 from cabledrive.mechanics.warnings import ELASTIC_RULE, largest_pretension
-from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
@@ -203,11 +202,11 @@ def test_a_pretension_is_raised_within_the_elastic_range_only():
 
 def test_a_tuned_pretension_beyond_the_elastic_range_is_said_to_be_out_of_reach():
     """A lift: an empty span would be tuned at 467 kN; its rope bears 246 kN."""
-    lift = load_drive("elevator")
+    lift = cd.load_drive("elevator")
     words = "above its elastic range"
     reason = next(reason for reason in resonance(lift).reasons if words in reason)
     assert "up to 2.46e+05 N" in reason
-    assert not any(words in reason for reason in resonance(load_drive("dissertation-2")).reasons)
+    assert not any(words in reason for reason in resonance(cd.load_drive("dissertation-2")).reasons)
 
 
 # --- A spectrum shows sines with their own amplitude and frequency
@@ -230,7 +229,7 @@ def test_a_sine_shows_at_its_frequency_with_its_amplitude():
     ],
 )
 def test_spectra_that_give_nothing_are_refused(call, words):
-    with pytest.raises((InputRefused, cd.NotComputed), match=words):
+    with pytest.raises((cd.InputRefused, cd.NotComputed), match=words):
         call()
 
 

@@ -9,9 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import cabledrive as cd
-from cabledrive import load_drive
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
-from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotComputed, Pulley
 from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
@@ -173,7 +171,7 @@ def test_the_command_reads_places_and_torques_of_other_motors(tmp_path):
 def test_a_place_that_the_machine_cannot_take_is_refused_in_one_line():
     machine = cd.load_drive(str(PRINTER))
     time = np.linspace(0.0, 0.1, 11)
-    with pytest.raises(InputRefused, match="give places as columns"):
+    with pytest.raises(cd.InputRefused, match="give places as columns"):
         route_alarm(machine, PlannedMotion(time=time, torque=np.full(11, 50.0)))
 
 
@@ -311,7 +309,7 @@ def test_a_motion_of_a_millisecond_is_judged(tmp_path):
     """A ninth of a period cannot excite: what is there at the end is the floor and hardly more."""
     path = tmp_path / "move.csv"
     path.write_text("time [ms],torque [mN m],pretension [N],carriage [mm]\n0,0,3.30,250\n1,4.2,3.30,250\n")
-    found = alarm(load_drive("dissertation-transporter"), read_motion(path), floor=1e-5, limit=5e-4)
+    found = alarm(cd.load_drive("dissertation-transporter"), read_motion(path), floor=1e-5, limit=5e-4)
     largest = max(mode.largest for mode in found.modes)
     assert found.verdict == "safe"
     assert 1e-5 < largest < 1.2e-5, largest
@@ -322,13 +320,13 @@ def test_a_motion_beyond_any_number_is_not_a_defect(tmp_path):
     """Growth between two edges that no double holds; the torque of such a motion is no machine's."""
     path = tmp_path / "move.csv"
     path.write_text("time [s],torque [N m]\n" + "".join(f"{k / 100},{1e9 * (-1) ** k}\n" for k in range(100)))
-    with pytest.raises(NotComputed, match="diverges: plan a smaller or a slower motion"):
-        alarm(load_drive("dissertation-2"), read_motion(path), floor=1e-5, limit=5e-4)
+    with pytest.raises(cd.NotComputed, match="diverges: plan a smaller or a slower motion"):
+        alarm(cd.load_drive("dissertation-2"), read_motion(path), floor=1e-5, limit=5e-4)
 
 
 def test_a_motion_file_with_a_column_twice_is_refused(tmp_path):
     (tmp_path / "twice.csv").write_text("time [s],torque [N m],Torque [N m]\n0,1,2\n1,1,2\n")
-    with pytest.raises(InputRefused, match="two columns have one name"):
+    with pytest.raises(cd.InputRefused, match="two columns have one name"):
         read_motion(tmp_path / "twice.csv")
 
 
@@ -338,11 +336,11 @@ LENGTH, DENSITY = 10.0, 0.1
 
 def level_loop():
     """A level loop of 500 N whose span weighs as much as either rim."""
-    rim = Pulley(radius=0.1, inertia=DENSITY * LENGTH * 0.1**2)
-    return Drive(
+    rim = cd.Pulley(radius=0.1, inertia=DENSITY * LENGTH * 0.1**2)
+    return cd.Drive(
         name="level",
         kind="loop",
-        cable=Cable(
+        cable=cd.Cable(
             youngs_modulus=1e10,
             area=1e-5,
             mass_per_length=DENSITY,
@@ -350,7 +348,7 @@ def level_loop():
             transverse_damping=0.5,
             axial_damping=10.0,
         ),
-        layout=Layout(span_length=LENGTH),
+        layout=cd.Layout(span_length=LENGTH),
         pulley=(rim, rim),
     )
 
