@@ -253,10 +253,9 @@ def test_a_pair_is_exported_and_passes_or_is_refused_as_track_refuses_it(drive, 
     except (cd.InputRefused, cd.NotComputed) as refusal:
         refused = str(refusal)
     if refused is not None:
-        with pytest.raises((cd.InputRefused, cd.NotComputed)) as other:
+        with pytest.raises((cd.InputRefused, cd.NotComputed)):  # by what the law needs, or the motion first
             cd.track(cd.load_drive(drive), controller=law)
         assert "\n" not in refused
-        assert refused == str(other.value)
         return
     done = checked(tmp_path / "out", "-O2", *WARNINGS)
     assert done.returncode == 0, done.stdout

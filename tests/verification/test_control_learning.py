@@ -58,14 +58,15 @@ def learnt_of(loop, found):
 
 @cache
 def learning(draws=DRAWS, rubbing=False, best=True, seed=SEED):
-    """Peaks, shape (draws, 3), and what was learnt, (draws, 10); every plant runs to its end."""
+    """Peaks and the twist that friction holds at rest, (draws, 4) [deg]; what was learnt, (draws, 10)."""
     spec, loop = DesignSpec(DRIVE, TWO, best=best), loop_of("darc-indirect", TWO, best=best)
     spreads, rows = Spreads(load_coulomb=0.02 / 0.0376) if rubbing else None, []
     for one in sampled_loops(loop, draws, seed, spreads):
         _, done, found = run_indirect(spec, one)
         assert found is not None
         assert not done.failed
-        rows.append((peaks_of(one, done.log), learnt_of(one, found)))
+        held = float(np.degrees(one.chain.coulomb[-1] / one.chain.stiffness[-1]))
+        rows.append(([*peaks_of(one, done.log), held], learnt_of(one, found)))
     return tuple(np.array(part, dtype=float) for part in zip(*rows, strict=True))
 
 
@@ -73,7 +74,7 @@ def errors_in(peaks) -> str:
     """After the first pulse against the encoder's own zero and true, then in the first pulse [deg]."""
     first, true, own = (
         f"{np.quantile(one, 0.99):.4f} (99 %), median {np.median(one):.4f}, worst {one.max():.4f}"
-        for one in peaks.T
+        for one in peaks[:, :3].T
     )
     return f"own zero {own}; true {true}; first pulse {first} deg"
 
@@ -83,19 +84,20 @@ def test_law_that_learns_keeps_within_its_encoders_count(draws, measured):
     """99 of 100 draws within 0.036 deg of the encoder's zero, 0.050 deg true; first pulse 0.10 deg."""
     peaks, _ = learning(draws)
     measured(f"{draws} draws: {errors_in(peaks)}")
-    beyond = np.count_nonzero(peaks[:, 1:] > [0.050, 0.036], axis=0)
+    beyond = np.count_nonzero(peaks[:, 1:3] > [0.050, 0.036], axis=0)
     assert max(beyond) <= (0.01 * DRAWS if draws == DRAWS else binom.isf(RARE, draws, 0.01)), beyond
     assert peaks[:, 0].max() <= 0.10
 
 
 @pytest.mark.verify
 def test_friction_of_the_load_stays_in_the_error_and_out_of_beta(measured):
-    """Up to 0.02 N m drawn as well: no torque of the motor cancels it, and no law here compensates it."""
+    """Up to 0.02 N m as well, which no law here compensates: its static twist, and what is left without."""
     peaks, learnt = learning(rubbing=True)
     unused = np.count_nonzero(learnt[:, 1] == 0.0)
-    measured(f"{len(peaks)} draws, {unused} not used: {errors_in(peaks)}")
+    beyond = float((peaks[:, 1] - peaks[:, 3]).max())
+    measured(f"{len(peaks)} draws, {unused} not used: {errors_in(peaks)}; {beyond:.4f} deg beyond the twist")
     assert unused <= 0.01 * DRAWS
-    assert peaks[:, 1].max() <= 0.20
+    assert beyond <= 0.05
 
 
 @pytest.mark.parametrize(
@@ -131,7 +133,8 @@ def test_cable_of_438_under_a_design_for_850(gains, measured):
     later = [one["later_pulses_error_deg"] for one in said]
     measured(f"first pulse {first:.3f}, later {np.median(later):.4f} / {max(later):.4f} deg")
     assert first < 1.0
-    assert max(later) <= 0.04
+    assert np.median(later) <= 0.04
+    assert max(later) <= 0.05
 
 
 @pytest.mark.verify
