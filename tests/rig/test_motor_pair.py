@@ -26,7 +26,7 @@ SHORT = Motion(angle=10.0, rise=0.12, dwell=0.05, order=11)
 
 def loop_of(drive, law, hertz, motion, options, seed=0):
     drive = doubled(drive) if options.pair else drive
-    choices = {"bandwidth": hertz, "feedback": "motor", "adapt": True, "best": True, "feedforward": "damped"}
+    choices = {"bandwidth": hertz, "adapt": True, "best": True, "feedforward": "damped"}
     spec = DesignSpec(drive, motion, **choices, options=options, plant=None)
     return close_loop(
         DesignSpec(drive, motion, options=options), design(law, spec), np.random.default_rng(seed)
