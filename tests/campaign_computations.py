@@ -5,10 +5,11 @@ import signal
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from cabledrive.campaign import Output, Row
+from cabledrive.campaign import Output, Row, SweepResult, run_sweep
 from cabledrive.parameters import InputRefused
 
 
@@ -58,3 +59,9 @@ class Sleepy:
     def one(self, row: Row) -> dict[str, float]:
         time.sleep(self.pause)
         return {"y": np.sin(row.own["x"])}
+
+
+def swept(folder: Path, text: str, store: str = "store.zarr", **options: Any) -> SweepResult:
+    """A campaign whose file is written into a folder and run there."""
+    (folder / "spec.toml").write_text(text)
+    return run_sweep(folder / "spec.toml", folder / store, progress=False, **options)

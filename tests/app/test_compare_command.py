@@ -5,8 +5,7 @@ import time
 
 import pytest
 
-from cabledrive.rig import trial as best
-from cabledrive.rig import trial as ranked
+from cabledrive.rig import trial
 from cabledrive.rig.laws.registry import CONTROLLERS
 from command import answer, refusal
 
@@ -42,22 +41,22 @@ def test_json_and_files_have_what_the_contract_promises(finished):
     assert "http" not in page.replace("http://www.w3.org", "")
 
 
-def test_the_same_command_goes_on_from_what_is_kept(finished):
+def test_the_same_command_goes_on_from_what_is_kept_and_another_does_not_replace_it(finished):
     out, found = finished
     begun = time.perf_counter()
     assert answer(*FEW, "-o", out)["controllers"] == found["controllers"]
     assert time.perf_counter() - begun < 10.0
+    assert "holds other results" in refusal(*ASKED.format("0.2").split(), "-o", out)
 
 
 @pytest.fixture
 def two_laws_on_three_plants(monkeypatch):
     """What `track --controller best` compares, cut down to what `finished` compares."""
-    monkeypatch.setattr(ranked, "offered", lambda *machine: ("lqg", "lqi-learning"))
-    for module in (ranked, best):
-        monkeypatch.setattr(module, "BEST_DRAWS", 3)
-    ranked.best_law.cache_clear()
+    monkeypatch.setattr(trial, "offered", lambda *machine: ("lqg", "lqi-learning"))
+    monkeypatch.setattr(trial, "BEST_DRAWS", 3)
+    trial.best_law.cache_clear()
     yield
-    ranked.best_law.cache_clear()
+    trial.best_law.cache_clear()
 
 
 def test_track_best_runs_the_law_that_the_comparison_ranks_first(finished, two_laws_on_three_plants):
@@ -71,11 +70,3 @@ def test_track_best_runs_the_law_that_the_comparison_ranks_first(finished, two_l
         (same,) = (law for law in found["controllers"] if law["name"] == one["name"])
         assert one["worst_deg"] == pytest.approx(same["worst_deg"], rel=1e-9)
         assert one["median_deg"] == pytest.approx(same["median_deg"], rel=1e-9)
-    assert "tuned as a whole" in refusal(
-        "track", "dissertation-3", "--controller", "best", "--bandwidth", "9"
-    )
-
-
-def test_another_comparison_does_not_replace_it(finished):
-    out, _ = finished
-    assert "holds other results" in refusal(*ASKED.format("0.2").split(), "-o", out)

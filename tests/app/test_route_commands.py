@@ -9,7 +9,7 @@ import cabledrive as cd
 from cabledrive.app.track_text import axis_lines
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.studies.study.check_stage import check
-from command import answer, call, refusal, the_line
+from command import answer, call, the_line
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 
@@ -36,16 +36,9 @@ def test_check_lists_every_span_with_length_wrap_and_tension():
 def test_a_machine_is_simulated_at_the_command_line(tmp_path):
     out = tmp_path / "run.nc"
     asked = ("--duration", "1 ms", "--segments", "4", "--torque-amplitude", "0.05", "--torque-frequency", "0")
-    found = answer(
-        "simulate",
-        str(ROUTES / "printer.toml"),
-        *asked,
-        "--pluck",
-        "motor to lower idler=0.1 mm",
-        "-o",
-        str(out),
-        *("--plot", str(tmp_path / "run.svg"), "--rate", "20 kHz"),
-    )
+    written = ("-o", out, "--plot", tmp_path / "run.svg", "--rate", "20 kHz")
+    pluck = ("--pluck", "motor to lower idler=0.1 mm")
+    found = answer("simulate", ROUTES / "printer.toml", *asked, *pluck, *written)
     assert out.is_file()
     assert (tmp_path / "run.svg").read_text().startswith("<?xml")
     assert found["energy_budget_error"] < 1e-6
@@ -67,8 +60,8 @@ def test_a_response_between_coordinates_that_symmetry_decouples_is_said_to_be_ze
     assert words not in answer("response", "corexy", *asked)["warnings"]
 
 
-def test_check_judges_a_planned_motion_and_refuses_what_does_not_fit(tmp_path):
-    """Places alone make the torque; a machine of two bodies wants both; loops take the torque."""
+def test_check_judges_a_planned_motion(tmp_path):
+    """Places alone make the torque; loops take the torque."""
     time = np.linspace(0.0, 0.5, 51)
     share = 0.5 - 0.5 * np.cos(2.0 * np.pi * time)
     rows = np.column_stack([time, 0.15 + 0.1 * share, 0.01 * np.sin(4.0 * np.pi * time)])
@@ -86,7 +79,6 @@ def test_check_judges_a_planned_motion_and_refuses_what_does_not_fit(tmp_path):
     loop = answer("check", "dissertation-2", "--motion", torques)["motion"]
     assert loop["spans"][0]["name"] == "drive pulley to load pulley"
     assert loop["verdict"] == "unknown"  # its file gives no torque limit
-    assert "add beam.y" in refusal("check", "corexy", "--motion", places)
 
 
 ALL = {

@@ -87,8 +87,8 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
         arguments.append("--no-browser")
     done = call(*arguments)
     assert (program, done.exit_code) == ("cabledrive", 0), done.stderr
-    if "-o" in arguments:
-        assert (tmp_path / arguments[arguments.index("-o") + 1]).stat().st_size > 0
+    for option in {"-o", "--map", "--plot"}.intersection(arguments):
+        assert (tmp_path / arguments[arguments.index(option) + 1]).stat().st_size > 0
 
 
 def test_of_two_axes_the_first_that_has_a_chain_is_taken(monkeypatch):
@@ -122,23 +122,14 @@ def test_output_holds_the_same_object(tmp_path):
     assert done.stderr == f"written to {path}\n"
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["schema", "-o"],
-        ["check", "elevator", "-o"],
-        ["modes", "elevator", "-o"],
-    ],
-)
-def test_existing_output_is_kept_unless_forced(arguments, tmp_path):
+@pytest.mark.parametrize("command", ["schema", "check elevator", "modes elevator"])
+def test_existing_output_is_kept_unless_forced(command, tmp_path):
     path = tmp_path / "result"
     path.write_text("precious")
-    assert (
-        refusal(*arguments, path)
-        == f"{path}: exists and is not overwritten: choose another name or add --force"
-    )
+    words = "exists and is not overwritten: choose another name or add --force"
+    assert refusal(*command.split(), "-o", path) == f"{path}: {words}"
     assert path.read_text() == "precious"
-    assert call(*arguments, path, "--force").exit_code == 0
+    assert call(*command.split(), "-o", path, "--force").exit_code == 0
     assert path.read_text() != "precious"
     assert os.listdir(tmp_path) == ["result"]
 
@@ -149,15 +140,9 @@ def test_text_survives_a_terminal_of_few_letters():
 
 
 # --- Results as JSON; what is heavy is imported where it is needed
-def test_number_that_does_not_exist_is_null_with_its_reason():
-    assert plain({"bound": Absent(reason="broken assumption")}) == {
-        "bound": None,
-        "bound_reason": "broken assumption",
-    }
-
-
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -np.inf, np.float64("nan")])
-def test_number_that_is_not_finite_is_null_with_a_reason(value):
+def test_number_that_does_not_exist_or_is_not_finite_is_null_with_its_reason(value):
+    assert plain({"bound": Absent(reason="broken")}) == {"bound": None, "bound_reason": "broken"}
     assert plain({"x": value}) == {"x": None, "x_reason": "not a finite number"}
     assert plain({"x": [1.0, value]}) == {"x": [1.0, None], "x_reason": "not a finite number"}
 
@@ -222,23 +207,19 @@ def test_a_position_in_degrees_is_refused_with_a_mapping_that_works(log):
 HEAVY = {"matplotlib", "numba", "pint", "scipy", "xarray", "pandas", "jinja2", "sympy"}
 
 
-def imported(statement):
-    """Heavy packages that a process has imported after a statement."""
-    code = f"import sys\n{statement}\nprint(*sys.modules)"
+def imported(arguments):
+    """Heavy packages that a process has imported after the command."""
+    code = "import sys\nfrom click.testing import CliRunner\nfrom cabledrive.app.main import main\n"
+    code += f"CliRunner().invoke(main, {arguments})\nprint(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return HEAVY & {name.split(".")[0] for name in done.stdout.split()}
 
 
-def invoke(*arguments):
-    runner = "from click.testing import CliRunner\nfrom cabledrive.app.main import main\n"
-    return f"{runner}CliRunner().invoke(main, {list(arguments)})"
+COMPUTING = {"pint", "scipy", "numba", "jinja2"}  # pint's look for an installed dask brings jinja2 along
 
 
-@pytest.mark.parametrize("arguments", [("--version",), ("--help",), ("modes",)])
-def test_asking_for_help_imports_nothing_heavy(arguments):
-    assert imported(invoke(*arguments)) == set()
-
-
-def test_modes_import_no_plotting_and_no_report():
-    """But for jinja2, which pint's look for an installed dask brings along."""
-    assert imported(invoke("modes", "dissertation-2")) <= {"pint", "scipy", "numba", "jinja2"}
+@pytest.mark.parametrize(
+    ("line", "may"), [("--version", ()), ("--help", ()), ("modes", ()), ("modes dissertation-2", COMPUTING)]
+)
+def test_help_imports_nothing_heavy_and_modes_no_plotting_and_no_report(line, may):
+    assert imported(line.split()) <= set(may)

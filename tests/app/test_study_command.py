@@ -13,7 +13,6 @@ from study_drives import FOLDER
 WINCH = str(FOLDER / "winch.toml")
 GOALS = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "30 deg"\nduration = "0.3 s"\ndwell = "0.1 s"\n'
 FEW = "[acceptance]\ndraws = 300\ncable_draws = 0\n"
-HASTY = '[goals]\nerror = "0.5 deg"\n[motion]\nangle = "90 deg"\nduration = "0.3 s"\ndwell = "0.1 s"\n'
 
 
 @pytest.fixture(scope="module")
@@ -57,12 +56,6 @@ def test_track_runs_the_controller_of_a_study_again(finished):
     assert "another drive" in refusal("track", "dissertation-3", "--controller", out / "controller.json")
 
 
-@pytest.fixture
-def undrawn(monkeypatch):
-    """Studies without the drawing of their reports, which others test."""
-    monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: result.drive.name)
-
-
 def test_the_report_needs_nothing_else_and_starts_with_the_verdict(finished, measured):
     _, out, found = finished
     text = (out / "report.html").read_text()
@@ -90,8 +83,9 @@ def test_a_second_run_is_served_and_changes_no_file(finished):
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
 
 
-def test_a_no_is_an_answer_and_not_a_failure(tmp_path, undrawn):
-    (tmp_path / "hasty.toml").write_text(HASTY)
+def test_a_no_is_an_answer_and_not_a_failure(tmp_path, monkeypatch):
+    monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: "drawn elsewhere")
+    (tmp_path / "hasty.toml").write_text(GOALS.replace("30 deg", "90 deg"))
     asked = ["--goals", tmp_path / "hasty.toml", "--quick", "--json"]
     result = call("study", WINCH, *asked, "-o", tmp_path / "out")
     found = object_of(result.stdout)

@@ -94,16 +94,8 @@ def test_a_tension_that_is_not_kept_is_status_3_with_its_reason():
 
 
 def test_a_pair_of_motors_answers_with_its_flanks_and_what_is_left_at_rest():
-    loose = (
-        "track",
-        "dissertation-3",
-        "--set",
-        "motor.backlash=1 deg",
-        "--controller",
-        "lqg",
-        "--bandwidth",
-        "15",
-    )
+    law = ("--controller", "lqg", "--bandwidth", "15")
+    loose = ("track", "dissertation-3", "--set", "motor.backlash=1 deg", *law)
     found = answer(*loose, "--pair", "--preload", "0.6 N m")
     assert set(found) >= KEYS
     assert found["pair"]["preload"] == pytest.approx(0.6)
@@ -112,7 +104,6 @@ def test_a_pair_of_motors_answers_with_its_flanks_and_what_is_left_at_rest():
     assert found["limit_cycle"] is False
     assert answer(*loose)["limit_cycle"] is True
     assert "limit cycle of" in call(*loose).stdout
-    assert "motor.backlash is 0" in refusal("track", "dissertation-3", "--pair")
 
 
 @pytest.mark.parametrize("axis", ["head.x", "beam.y"])

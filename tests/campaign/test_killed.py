@@ -13,12 +13,11 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from cabledrive.campaign import run_sweep
 from cabledrive.campaign.engine import do_alone
 from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store, done_chunks
 from cabledrive.campaign.work import Plan
-from campaign_computations import Dangerous, Sleepy
+from campaign_computations import Dangerous, Sleepy, swept
 from command import object_of, refusal, run
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and processes of POSIX")
@@ -48,17 +47,13 @@ count = 8
 
 
 SPEC = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 29 }\n[design]\nkind = "grid"\nrows = 30\n'
-CHUNK = "[compute]\nchunk = 4\n"
+SPEC += "[compute]\nchunk = 4\n"
 
 
 def test_a_killed_worker_and_a_poisoned_row_leave_the_store_of_a_serial_run(tmp_path):
-    (tmp_path / "spec.toml").write_text(SPEC + CHUNK)
-    quiet = Dangerous(folder=str(tmp_path))
-    run_sweep(tmp_path / "spec.toml", tmp_path / "quiet.zarr", computation=quiet, progress=False)
+    swept(tmp_path, SPEC, "quiet.zarr", computation=Dangerous(folder=str(tmp_path)))
     wild = Dangerous(folder=str(tmp_path), poison=(17.0,), once=(5.0,))
-    found = run_sweep(
-        tmp_path / "spec.toml", tmp_path / "wild.zarr", computation=wild, workers=2, progress=False
-    )
+    found = swept(tmp_path, SPEC, "wild.zarr", computation=wild, workers=2)
     assert (tmp_path / "killed-5").exists()
     assert (found.done, found.refused, found.failed) == (30, 1, 1)
     a, b = (xr.open_zarr(tmp_path / f"{name}.zarr").load() for name in ("quiet", "wild"))
@@ -82,9 +77,8 @@ chunk = 16
 
 
 def test_a_chunk_that_ended_its_process_or_lost_its_status_gets_the_same_bytes_again(tmp_path):
-    (tmp_path / "spec.toml").write_text(INERTIAS)
-    store = tmp_path / "whole.zarr"
-    run_sweep(tmp_path / "spec.toml", store, progress=False)
+    store = tmp_path / "store.zarr"
+    swept(tmp_path, INERTIAS)
     before = contents(store)
     status = store / "code/c/1"
     status.write_bytes(bytes(status.stat().st_size))  # as a loss of power may leave it
@@ -104,9 +98,8 @@ def test_a_chunk_that_ended_its_process_or_lost_its_status_gets_the_same_bytes_a
 def test_a_driver_killed_at_random_moments_ends_with_the_bytes_of_a_quiet_run(
     kills, rows, chunk, tmp_path, measured
 ):
-    (tmp_path / "spec.toml").write_text(transporter_modes(rows=rows, chunk=chunk))
     whole, cut = tmp_path / "whole.zarr", tmp_path / "cut.zarr"
-    run_sweep(tmp_path / "spec.toml", whole, progress=False)
+    swept(tmp_path, transporter_modes(rows=rows, chunk=chunk), "whole.zarr")
     command = [sys.executable, "-m", "cabledrive", "sweep", str(tmp_path / "spec.toml"), "-o", str(cut)]
     moments, reached = random.Random(3), []
     for number in range(kills):
@@ -159,6 +152,7 @@ def test_what_workers_are_forked_from_has_loaded_numba_and_started_no_thread():
 OWN = (
     'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 1 }\n[design]\nkind = "random"\nrows = 600\n'
 )
+OWN += "[compute]\nchunk = 10\n"
 
 
 def workers_of(driver):
@@ -176,8 +170,7 @@ def workers_of(driver):
 @pytest.mark.verify
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
 def test_a_random_worker_killed_every_five_seconds_until_the_end(tmp_path, measured):
-    (tmp_path / "spec.toml").write_text(OWN + "[compute]\nchunk = 10\n")
-    run_sweep(tmp_path / "spec.toml", tmp_path / "quiet.zarr", computation=Sleepy(0.0), progress=False)
+    swept(tmp_path, OWN, "quiet.zarr", computation=Sleepy(0.0))
     ended, killed = threading.Event(), []
 
     def kill():
@@ -195,8 +188,7 @@ def test_a_random_worker_killed_every_five_seconds_until_the_end(tmp_path, measu
     killer = threading.Thread(target=kill)
     killer.start()
     try:
-        spec, store = tmp_path / "spec.toml", tmp_path / "wild.zarr"
-        found = run_sweep(spec, store, computation=Sleepy(0.1), workers=2, progress=False)
+        found = swept(tmp_path, OWN, "wild.zarr", computation=Sleepy(0.1), workers=2)
     finally:
         ended.set()
         killer.join()
@@ -209,14 +201,7 @@ def test_a_random_worker_killed_every_five_seconds_until_the_end(tmp_path, measu
 @pytest.mark.verify
 def test_the_engine_takes_under_three_percent_of_chunks_of_five_seconds(tmp_path, measured):
     """Rows that sleep need no processor: what a worker loses is the engine's and the store's."""
-    (tmp_path / "spec.toml").write_text(OWN.replace("600", "320") + "[compute]\nchunk = 10\n")
-    found = run_sweep(
-        tmp_path / "spec.toml",
-        tmp_path / "store.zarr",
-        computation=Sleepy(0.5),
-        workers=8,
-        progress=False,
-    )
+    found = swept(tmp_path, OWN.replace("600", "320"), computation=Sleepy(0.5), workers=8)
     data = xr.open_zarr(found.store).load()
     ideal = float(data.time.sum()) / 8.0
     lost = found.seconds / ideal - 1.0

@@ -13,7 +13,7 @@ import xarray as xr
 
 import cabledrive as cd
 from cabledrive.campaign.results import indices
-from campaign_computations import Dangerous, Ishigami
+from campaign_computations import Dangerous, Ishigami, swept
 from command import answer, refusal, run
 
 A, B = 7.0, 0.1
@@ -27,10 +27,7 @@ ISHIGAMI = f'drive = "dissertation-3"\n[vary]\n{KEYS}[design]\nkind = "saltelli"
 
 @pytest.fixture(scope="module")
 def ishigami(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("ishigami")
-    (folder / "spec.toml").write_text(ISHIGAMI)
-    cd.run_sweep(folder / "spec.toml", folder / "store.zarr", computation=Ishigami(), progress=False)
-    return folder / "store.zarr"
+    return swept(tmp_path_factory.mktemp("ishigami"), ISHIGAMI, computation=Ishigami()).store
 
 
 def test_the_indices_of_ishigami_s_function_lie_in_their_intervals(ishigami):
@@ -63,16 +60,13 @@ def test_bootstrap_intervals_hold_the_truth_as_often_as_they_say():
 def test_screening_finds_the_effects_of_a_product_and_a_line(tmp_path):
     """y = x1 x2 - 3 x3 over [0, 2]: effects of x1 are 2 x2: mean 2, deviation 1.118."""
     keys = "".join(f'"own.x{i}" = {{ from = 0, to = 2 }}\n' for i in (1, 2, 3, 4))
-    (tmp_path / "spec.toml").write_text(
-        f'drive = "dissertation-3"\n[vary]\n{keys}[design]\nkind = "morris"\nbase = 400\nseed = 5\n'
-    )
+    text = f'drive = "dissertation-3"\n[vary]\n{keys}[design]\nkind = "morris"\nbase = 400\nseed = 5\n'
 
     class Product(Ishigami):
         def one(self, row):
             return {"y": row.own["x1"] * row.own["x2"] - 3.0 * row.own["x3"]}
 
-    store = tmp_path / "store.zarr"
-    cd.run_sweep(tmp_path / "spec.toml", store, computation=Product(), progress=False)
+    store = swept(tmp_path, text, computation=Product()).store
     found = answer("sensitivity", str(store), "--output", "y")
     assert (found["rows"], found["groups"], found["groups_left_out"]) == (2000, 400, 0)
     assert next(iter(found["effects"])) == "own.x3"
@@ -89,13 +83,9 @@ def test_screening_finds_the_effects_of_a_product_and_a_line(tmp_path):
 
 def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
     """y = x^2 + noise below 7, x uniform from 0 to 8: y < 23 below sqrt(17) always, above sqrt(23) never."""
-    (tmp_path / "spec.toml").write_text(
-        'drive = "dissertation-3"\n[vary]\n"own.x" = { from = 0, to = 8 }\n'
-        '"own.idle" = { from = 0, to = 1 }\n'
-        '[design]\nkind = "sobol"\nrows = 2048\n'
-    )
-    store = tmp_path / "store.zarr"
-    cd.run_sweep(tmp_path / "spec.toml", store, computation=Dangerous(folder=str(tmp_path)), progress=False)
+    text = 'drive = "dissertation-3"\n[vary]\n"own.x" = { from = 0, to = 8 }\n'
+    text += '"own.idle" = { from = 0, to = 1 }\n[design]\nkind = "sobol"\nrows = 2048\n'
+    store = swept(tmp_path, text, computation=Dangerous(folder=str(tmp_path))).store
     found = answer("tolerance", str(store), "--goal", "square < 23", "--target", "0.999")
     assert np.sqrt(17.0) / 8.0 < found["yield"] < np.sqrt(23.0) / 8.0
     assert found["yield_low"] < found["yield"] < found["yield_high"]
@@ -110,13 +100,10 @@ def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
 
 
 def test_the_page_of_a_campaign_needs_nothing_else_and_gives_the_worst_machines_with_their_files(tmp_path):
-    (tmp_path / "spec.toml").write_text(
-        'drive = "dissertation-3"\n[vary]\n"cable.pretension" = { from = "-0.2 N", to = "7 N" }\n'
-        '"pulley.1.inertia" = { normal = ["23.5 kg cm^2", "1 kg cm^2"] }\n'
-        '[design]\nkind = "sobol"\nrows = 128\n[compute]\nwhat = "modes"\ncount = 2\n'
-    )
-    store, page = tmp_path / "store.zarr", tmp_path / "page.html"
-    cd.run_sweep(tmp_path / "spec.toml", store, progress=False)
+    text = 'drive = "dissertation-3"\n[vary]\n"cable.pretension" = { from = "-0.2 N", to = "7 N" }\n'
+    text += '"pulley.1.inertia" = { normal = ["23.5 kg cm^2", "1 kg cm^2"] }\n'
+    text += '[design]\nkind = "sobol"\nrows = 128\n[compute]\nwhat = "modes"\ncount = 2\n'
+    store, page = swept(tmp_path, text).store, tmp_path / "page.html"
     answer("report", str(store), "--goal", "longitudinal_hz[0] < 5.9 Hz", "-o", str(page))
     html = page.read_text()
     assert not re.findall(r'(?:src|href)="(?!data:|#)', html)

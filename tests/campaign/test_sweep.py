@@ -13,7 +13,7 @@ from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import spec_of
 from cabledrive.campaign.store import only_driver
 from cabledrive.campaign.work import chosen_chunk
-from campaign_computations import Dangerous, Sleepy
+from campaign_computations import Dangerous, Sleepy, swept
 from command import answer, refusal
 
 SPEC = """
@@ -139,15 +139,8 @@ def test_a_design_and_a_computation_of_one_s_own_are_taken(tmp_path):
         def points(self, first, last):
             return np.array([[0.0], [0.25], [0.5], [1.0]])[first:last]
 
-    (tmp_path / "spec.toml").write_text('drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 8 }\n')
-    found = cd.run_sweep(
-        tmp_path / "spec.toml",
-        tmp_path / "own.zarr",
-        design=Corners(),
-        computation=Dangerous(folder=str(tmp_path)),
-        progress=False,
-    )
-    data = found.open().load()
+    text = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 8 }\n'
+    data = swept(tmp_path, text, design=Corners(), computation=Dangerous(str(tmp_path))).open().load()
     assert data["own.x"].values.tolist() == [0.0, 2.0, 4.0, 8.0]
     np.testing.assert_array_equal(data.square, data["own.x"] ** 2 + data.seed % 7)
 
@@ -300,18 +293,17 @@ what = "study"
 @pytest.mark.verify
 def test_a_row_has_the_verdict_error_and_law_of_the_command(tmp_path, measured):
     campaign = spec_of(tomllib.loads(SPEC_STUDY), tmp_path)
-    chunk = compute_rows(campaign, 0, 1)
-    row = chunk
-    (tmp_path / "goals.toml").write_text(f'error = "0.2 deg"\nseed = {chunk["seed"][0]}\n')
+    row = compute_rows(campaign, 0, 1)
+    (tmp_path / "goals.toml").write_text(f'error = "0.2 deg"\nseed = {row["seed"][0]}\n')
     machine = ["dissertation-3", "--set", "pulley.1.inertia=24 kg cm^2"]
     asked = ["--goals", str(tmp_path / "goals.toml"), "--quick", "-o", str(tmp_path / "study")]
     said = answer("study", *machine, *asked)
     measured(f"{row['verdict'][0]}: {row['chosen_controller'][0]}, {row['reached_error_deg'][0]:.4g} deg")
-    assert chunk["code"][0] == 0
+    assert row["code"][0] == 0
     assert row["verdict"][0] == said["verdict"]
     assert row["headline"][0] == said["headline"]
     assert row["reached_error_deg"][0] == said["reached_error_deg"]
-    assert chunk["time"][0] > 0.0
+    assert row["time"][0] > 0.0
 
 
 def test_rows_of_a_machine_with_routes_are_its_runs(sweep):
@@ -330,17 +322,9 @@ pluck_span = "lower idler to joint"
 """)
     assert (found["done"], found["refused"]) == (2, 0)
     np.testing.assert_allclose(data["midpoint_peak"], 1e-4, rtol=1e-6)
-    one = answer(
-        *("simulate", "capstan-arm", "--set", "pulley.joint.inertia=0.12 kg m^2", "--duration", "0.3 ms"),
-        *(
-            "--torque-amplitude",
-            "0.05 N m",
-            "--torque-frequency",
-            "40 Hz",
-            "--pluck",
-            "lower idler to joint=0.1 mm",
-        ),
-    )
+    alone = ("simulate", "capstan-arm", "--set", "pulley.joint.inertia=0.12 kg m^2", "--duration", "0.3 ms")
+    torque = ("--torque-amplitude", "0.05 N m", "--torque-frequency", "40 Hz")
+    one = answer(*alone, *torque, "--pluck", "lower idler to joint=0.1 mm")
     least = min(span["least_tension"] for span in one["spans"])
     assert float(data["least_tension"][1]) == pytest.approx(least, rel=1e-12)
 
@@ -352,17 +336,11 @@ def test_a_chunk_is_about_five_seconds_of_rows(tmp_path):
 
 
 # --- Designs give exactly the rows that are asked for, each by its number alone
+SHARES = (np.linspace(0.0, 1.0, 4), np.array([0.25, 0.75]), np.linspace(0.0, 1.0, 5))
+KINDS = ("sobol", "halton", "lhs", "random", "list", "saltelli", "morris")
 DESIGNS = [
-    NamedDesign(
-        kind="grid",
-        rows=40,
-        axes=3,
-        shares=(np.linspace(0.0, 1.0, 4), np.array([0.25, 0.75]), np.linspace(0.0, 1.0, 5)),
-    ),
-    *(
-        NamedDesign(kind=kind, rows=100, axes=3, seed=1)
-        for kind in ("sobol", "halton", "lhs", "random", "list", "saltelli", "morris")
-    ),
+    NamedDesign(kind="grid", rows=40, axes=3, shares=SHARES),
+    *(NamedDesign(kind=kind, rows=100, axes=3, seed=1) for kind in KINDS),
 ]
 
 
@@ -383,14 +361,9 @@ def test_a_latin_hypercube_has_one_point_in_each_slice():
 
 
 def test_groups_of_saltelli_exchange_one_column_at_a_time():
-    k, base = 3, 8
-    groups = (
-        NamedDesign(kind="saltelli", rows=base * (k + 2), axes=k, seed=5)
-        .points(0, base * (k + 2))
-        .reshape(base, k + 2, k)
-    )
+    groups = NamedDesign(kind="saltelli", rows=40, axes=3, seed=5).points(0, 40).reshape(8, 5, 3)
     a, b = groups[:, 0], groups[:, 1]
-    for axis in range(k):
+    for axis in range(3):
         expected = a.copy()
         expected[:, axis] = b[:, axis]
         np.testing.assert_array_equal(groups[:, 2 + axis], expected)

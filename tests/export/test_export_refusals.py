@@ -1,6 +1,7 @@
 """What `export` refuses: source and options, and the name or number in the one line; nothing is written."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -9,6 +10,26 @@ from cabledrive.rig.laws.controller_file import controller_numbers
 from command import call
 from export.designs import DRIVE, OWN, loop_of
 
+
+def with_vectors(gains, state, measurement, reference):
+    error = reference[:4] - measurement
+    return state, error[0]
+
+
+def with_a_longer_state(gains, state, measurement, reference):
+    return measurement, reference[0]
+
+
+def by_name(gains, state, measurement, reference):
+    return state, gains["p"] * (reference[0] - measurement[0])
+
+
+OUTSIDE = [
+    ({"step": with_vectors}, "test_export_refusals.py:"),
+    ({"step": with_a_longer_state}, "state of shape"),
+    ({"step": by_name, "gains": {"p": 1.0}}, "its gains cannot be exported"),
+    ({"step": eval("lambda g, s, m, r: (s, 0.0)")}, "cannot be exported"),
+]
 CABLE = {"format": "fmu2", "what": "cable"}
 ROWS = [
     ("dissertation-3", {"format": "c99", "controller": "no-law"}, "no-law"),
@@ -24,6 +45,7 @@ ROWS = [
     ("ropeway", CABLE, "carriage"),
     (DRIVE, {"format": "c99", "controller": OWN, "float32": True}, "your own"),
     (DRIVE, {"format": "c99", "controller": OWN, "what": "loop"}, "your own"),
+    *((DRIVE, {"format": "c99", "controller": replace(OWN, **one)}, named) for one, named in OUTSIDE),
 ]
 
 

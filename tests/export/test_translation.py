@@ -1,7 +1,6 @@
 """The translator: what it takes, what it refuses, and that Python and C change together."""
 
 import ctypes
-import subprocess
 from types import FunctionType
 
 import numpy as np
@@ -15,7 +14,7 @@ from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS
 from control_chains import state_of
-from export.compilers import WARNINGS
+from export.compilers import WARNINGS, built
 from export.designs import source_of
 
 VECTOR = View(REAL, (4,))
@@ -115,8 +114,7 @@ def test_the_kernels_of_every_law_stay_inside_the_subset_and_are_c(name, tmp_pat
     assert made.words["row_call"]
     for file, text in made.code().items():
         (tmp_path / file).write_text(text)
-    command = ["cc", "-std=c99", "-fsyntax-only", *WARNINGS, "cabledrive_law.c"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = built(tmp_path, "-fsyntax-only", *WARNINGS)
     assert done.returncode == 0, done.stderr
 
 
@@ -149,19 +147,7 @@ def test_arithmetic_of_the_subset_is_that_of_python_to_the_bit(seed, tmp_path):
     head = "#include <math.h>\n#include <stdint.h>\n#include <stdbool.h>\ntypedef double real;\n" + helpers
     shell = f"double run(const double *v, int32_t n) {{ return {made.name}(v, n); }}\n"
     (tmp_path / "one.c").write_text(head + program.functions() + shell)
-    command = [
-        "cc",
-        "-std=c99",
-        "-O2",
-        "-ffp-contract=off",
-        "-shared",
-        "-fPIC",
-        "one.c",
-        "-o",
-        "one.so",
-        "-lm",
-    ]
-    subprocess.run(command, cwd=tmp_path, check=True)
+    assert built(tmp_path, "-O2", "-shared", "-fPIC", name="one.so").returncode == 0
     run = ctypes.CDLL(str(tmp_path / "one.so")).run
     run.restype = ctypes.c_double
     generator = np.random.default_rng(seed)

@@ -130,19 +130,9 @@ def test_unit_of_another_kind_is_refused(text, unit):
 
 
 GARBAGE = ["", " ", "N", "nan", "inf N", "-", "++5 N", "1,5 N", "1_000 N", "0x10 N", "1.5.5 N", "5 N;"]
-GARBAGE += [
-    "٧ N",
-    "７ N",
-    "² N",
-    "5 ٧",
-    "5 N/0",
-    "5 N^99",
-    "5 __class__",
-    "5 kilokiloN",
-    "5 N\x00",
-    "5 \udcff",
-]
-GARBAGE += ["5 " + "m " * 50, "9" * 5000, "5\nN m", "5 N^", "5 *N", "5 N/", "5 ()", "5 N'", "5 %s", "{} N"]
+GARBAGE += ["٧ N", "７ N", "² N", "5 ٧", "5 N/0", "5 N^99", "5 __class__", "5 kilokiloN", "5 N\x00"]
+GARBAGE += ["5 \udcff", "5 " + "m " * 50, "9" * 5000, "5\nN m", "5 N^", "5 *N", "5 N/", "5 ()"]
+GARBAGE += ["5 N'", "5 %s", "{} N"]
 
 
 @pytest.mark.parametrize("text", GARBAGE)

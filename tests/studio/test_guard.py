@@ -8,19 +8,7 @@ from urllib.parse import quote
 import pytest
 from starlette.routing import Route
 
-ADDRESSES = (
-    "/",
-    "/machine",
-    "/machine/part",
-    "/assets/studio.js",
-    "/ready",
-    "/nowhere",
-    "/..%2f..%2fetc/passwd",
-)
-
-
-def routes_of(studio):
-    return [route for route in studio.app._app.routes if isinstance(route, Route)]
+ADDRESSES = ["/", "/machine", "/machine/part", "/assets/studio.js", "/ready", "/nowhere", "/..%2f..%2fetc/x"]
 
 
 @pytest.mark.parametrize("address", ADDRESSES)
@@ -57,7 +45,7 @@ def test_a_refused_request_does_not_use_the_token_up(studio):
 
 def test_a_foreign_host_or_origin_is_refused_on_every_route(studio):
     checked = 0
-    for route in routes_of(studio):
+    for route in (route for route in studio.app._app.routes if isinstance(route, Route)):
         address = re.sub(r"\{\w+\}", "1", route.path)
         for method in sorted(route.methods or ()):
             for headers in (
@@ -67,11 +55,8 @@ def test_a_foreign_host_or_origin_is_refused_on_every_route(studio):
                 {"origin": "null"},
                 {"sec-fetch-site": "cross-site", "sec-fetch-mode": "no-cors"},
             ):
-                assert studio.ask(method, address, headers=headers).status_code == 403, (
-                    method,
-                    address,
-                    headers,
-                )
+                answer = studio.ask(method, address, headers=headers)
+                assert answer.status_code == 403, (method, address, headers)
                 checked += 1
     assert checked >= 120
 
@@ -157,30 +142,9 @@ def test_a_text_that_is_too_long_is_refused_before_it_is_read_whole(studio):
 def test_a_thousand_malformed_requests_are_answered_and_the_studio_lives(studio):
     """Paths, queries, cookies, headers and bodies drawn at random; no answer but 2xx, 3xx and 4xx."""
     draw = random.Random(0)
-    pieces = [
-        "A" * 3000,
-        "%00",
-        "%ff%fe",
-        "%",
-        "..",
-        "/",
-        "\\",
-        "?",
-        "&set=",
-        "&drive=",
-        "=",
-        "<script>",
-        "é",
-        "𝄞",
-    ]
-    pieces += [
-        "drive=dissertation-3",
-        "row=-1",
-        "count=1e9",
-        "motor=x",
-        "set=cable.pretension=",
-        "set=pulley.9.radius=1",
-    ]
+    pieces = ["A" * 3000, "%00", "%ff%fe", "%", "..", "/", "\\", "?", "&set=", "&drive=", "=", "<script>"]
+    pieces += ["é", "𝄞", "drive=dissertation-3", "row=-1", "count=1e9", "motor=x"]
+    pieces += ["set=cable.pretension=", "set=pulley.9.radius=1"]
     paths = ["/", "/machine", "/machine/part", "/machine/text", "/assets/", "/ready", "/jobs/", "/logs/"]
     key = {"cookie": f"{studio.keys.cookie_name}={studio.keys.cookie}"}
 
