@@ -12,15 +12,10 @@ from command import answer, call
 def test_json_has_what_the_contract_promises():
     found = answer("modes", "dissertation-1", "--below", "1000")
     longitudinal = [mode for mode in found["modes"] if mode["kind"] == "longitudinal"]
-    assert [round(mode["frequency_hz"], 8) for mode in longitudinal] == [
-        116.32951021,
-        751.73272759,
-        769.66143357,
-    ]
-    assert [mode["family"] for mode in longitudinal] == [
-        "pulleys out of phase",
-        "pulleys at rest",
-        "pulleys in phase",
+    assert [(mode["family"], round(mode["frequency_hz"], 8)) for mode in longitudinal] == [
+        ("pulleys out of phase", 116.32951021),
+        ("pulleys at rest", 751.73272759),
+        ("pulleys in phase", 769.66143357),
     ]
     assert {mode["multiplicity"] for mode in found["modes"]} == {1}
     assert {mode["plane"] for mode in found["modes"] if mode["kind"] == "transverse"} == {"v", "w"}

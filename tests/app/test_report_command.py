@@ -17,15 +17,13 @@ def no_study(monkeypatch):
 
 
 def test_page_holds_the_drives_that_are_named(tmp_path):
-    path = tmp_path / "report.html"
-    found = answer("report", "dissertation-1", "dissertation-2", "-o", path, "--quiet")
-    assert found["report"] == str(path)
-    assert [row["drive_hash"] for row in found["drives"]] == [
-        cd.content_hash(cd.load_drive(name)) for name in ("dissertation-1", "dissertation-2")
-    ]
+    path, named = tmp_path / "report.html", ("dissertation-1", "dissertation-2")
+    found = answer("report", *named, "-o", path, "--quiet")
+    hashes = [cd.content_hash(cd.load_drive(name)) for name in named]
+    assert [row["drive_hash"] for row in found["drives"]] == hashes
     page = path.read_text(encoding="utf-8")
-    for name, there in (("dissertation-1", True), ("dissertation-2", True), ("ropeway", False)):
-        assert (typeset(cd.load_drive(name).title) in page) == there
+    for name in (*named, "ropeway"):
+        assert (typeset(cd.load_drive(name).title) in page) == (name in named)
 
 
 def test_progress_goes_to_standard_error_and_quiet_stops_it(tmp_path):

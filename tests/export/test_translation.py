@@ -136,15 +136,9 @@ def arithmetic(v: np.ndarray, n: int) -> float:
 def test_arithmetic_of_the_subset_is_that_of_python_to_the_bit(seed, tmp_path):
     program = Program()
     made = program.translate(arithmetic, [VECTOR, Scalar(INT)])
-    helpers = "".join(
-        f"static {kind} {name}({kind} a, {kind} b) {{ return b {sign} a ? b : a; }}\n"
-        for name, kind, sign in (
-            ("cd_min", "real", "<"),
-            ("cd_max", "real", ">"),
-            ("cd_imin", "int32_t", "<"),
-        )
-    )
-    head = "#include <math.h>\n#include <stdint.h>\n#include <stdbool.h>\ntypedef double real;\n" + helpers
+    head = "#include <math.h>\n#include <stdint.h>\n#include <stdbool.h>\ntypedef double real;\n"
+    for name, kind, sign in ("cd_min", "real", "<"), ("cd_max", "real", ">"), ("cd_imin", "int32_t", "<"):
+        head += f"static {kind} {name}({kind} a, {kind} b) {{ return b {sign} a ? b : a; }}\n"
     shell = f"double run(const double *v, int32_t n) {{ return {made.name}(v, n); }}\n"
     (tmp_path / "one.c").write_text(head + program.functions() + shell)
     assert built(tmp_path, "-O2", "-shared", "-fPIC", name="one.so").returncode == 0

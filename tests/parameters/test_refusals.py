@@ -35,10 +35,6 @@ def changed(old, new):
     return DRIVE.replace(old, new)
 
 
-def pretension(value):
-    return changed('"7 N"', value)
-
-
 def refusal(path, **options):
     """The refusal's message after the name of the file, checked to be one short line."""
     with pytest.raises(InputRefused) as refused:
@@ -54,49 +50,46 @@ SLOPE = "slope from drive to load pulley"
 LENGTHS = "layout.span_length [m, unstretched] or pulley_distance [m, pretensioned]"
 START = 'a drive file starts with schema = 1 and name = "..."; see cabledrive schema'
 NO_EQUALS = "Expected '=' after a key in a key/value pair (at line 1, column 5)"
+PRETENSIONS = {  # value in the file and what is said of cable.pretension
+    "0": "= 0 N must be above 0: pretension T0; a slack cable transmits nothing",
+    "'-7 N'": "= -7 N must be above 0: pretension T0; a slack cable transmits nothing",
+    "nan": "= nan N must be finite: give a number",
+    "inf": "= inf N must be finite: give a number",
+    "1e31": "= 1e+31 N is no size of a machine (1e-24 to 1e+24): check its unit",
+    "9" * 400: "has more digits than a double can hold: give a finite number",
+    "'5 kg'": '= "5 kg" is of dimension [mass], not N: give it in N',
+    "'5 Newtons!'": '= "5 Newtons!": "Newtons!" is not a unit: give it in N',
+    "true": "is true or false, not a number: give it in N, or as text with a unit",
+    "[7]": "is an array, not a quantity in N: write one number or text",
+    '"7\\nN\\u202E!"': '= "7\\nN\\u202e!": "N\\u202e!" is not a unit: give it in N',
+}
+MOTORS = {  # line of [motor] and what is said of motor
+    'speed_limit = "50 Hz"': 'speed_limit = "50 Hz" is a frequency [Hz], not rad/s: give it in rad/s',
+    'current_bandwidth = "50 rad/s"': (
+        'current_bandwidth = "50 rad/s" is an angular speed [rad/s], not Hz: give it in Hz'
+    ),
+    "backlash = -0.1": "backlash = -0.1 rad must not be negative: backlash at the output shaft",
+}
+CARRIAGES = {  # position and more lines of [[carriage]] and what is said of carriage
+    "1.0": "0.position = 1 m lies outside its span of 1 m (unstretched): move it inside",
+    "0.5\n" + CARRIAGE.format("'50 cm'"): (
+        "1.position = 0.5 m is taken by carriage.0 on the same span: add the masses or move one"
+    ),
+    "0.5\nspan = 'middle'": '0.span = "middle" is not one of its values: write "upper" or "lower"',
+    "0.5\nguided = 1": "0.guided = 1 is not one of its values: write false or true",
+}
 BAD_VALUES = {
-    "cable.pretension = 0 N must be above 0: pretension T0; a slack cable transmits nothing": pretension("0"),
-    "cable.pretension = -7 N must be above 0: pretension T0; a slack cable transmits nothing": pretension(
-        "'-7 N'"
-    ),
-    "cable.pretension = nan N must be finite: give a number": pretension("nan"),
-    "cable.pretension = inf N must be finite: give a number": pretension("inf"),
-    "cable.pretension = 1e+31 N is no size of a machine (1e-24 to 1e+24): check its unit": pretension("1e31"),
-    "cable.pretension has more digits than a double can hold: give a finite number": pretension("9" * 400),
-    'cable.pretension = "5 kg" is of dimension [mass], not N: give it in N': pretension("'5 kg'"),
-    'cable.pretension = "5 Newtons!": "Newtons!" is not a unit: give it in N': pretension("'5 Newtons!'"),
-    "cable.pretension is true or false, not a number: give it in N, or as text with a unit": pretension(
-        "true"
-    ),
-    "cable.pretension is an array, not a quantity in N: write one number or text": pretension("[7]"),
-    'cable.pretension = "7\\nN\\u202e!": "N\\u202e!" is not a unit: give it in N': pretension(
-        '"7\\nN\\u202E!"'
-    ),
-    'motor.speed_limit = "50 Hz" is a frequency [Hz], not rad/s: give it in rad/s': DRIVE
-    + MOTOR.format('speed_limit = "50 Hz"'),
-    'motor.current_bandwidth = "50 rad/s" is an angular speed [rad/s], not Hz: give it in Hz': DRIVE
-    + MOTOR.format('current_bandwidth = "50 rad/s"'),
-    "motor.backlash = -0.1 rad must not be negative: backlash at the output shaft": DRIVE
-    + MOTOR.format("backlash = -0.1"),
+    **{f"cable.pretension {words}": changed('"7 N"', value) for value, words in PRETENSIONS.items()},
+    **{f"motor.{words}": DRIVE + MOTOR.format(line) for line, words in MOTORS.items()},
+    **{f"carriage.{words}": DRIVE + CARRIAGE.format(lines) for lines, words in CARRIAGES.items()},
     f"layout.inclination = 1.6 rad must lie between -90 deg and 90 deg: {SLOPE}": changed(
         '"1 m"', '"1 m"\ninclination = 1.6'
     ),
     "sensors.drive_encoder = 1000.5 must be a whole number of counts per revolution": DRIVE
     + "[sensors]\ndrive_encoder = 1000.5",
-    "carriage.0.position = 1 m lies outside its span of 1 m (unstretched): move it inside": DRIVE
-    + CARRIAGE.format("1.0"),
-    "carriage.1.position = 0.5 m is taken by carriage.0 on the same span: add the masses or move one": DRIVE
-    + CARRIAGE.format("0.5")
-    + CARRIAGE.format("'50 cm'"),
     'carriage.0.span = "lower", but a "line" has no lower span: write "upper"': changed('"loop"', '"line"')
     + CARRIAGE.format("0.5")
     + "span = 'lower'",
-    'carriage.0.span = "middle" is not one of its values: write "upper" or "lower"': DRIVE
-    + CARRIAGE.format("0.5")
-    + "span = 'middle'",
-    "carriage.0.guided = 1 is not one of its values: write false or true": DRIVE
-    + CARRIAGE.format("0.5")
-    + "guided = 1",
 }
 BAD_SHAPES = {
     "schema = 2, but this version reads schema 1: write schema = 1": changed("schema = 1", "schema = 2"),

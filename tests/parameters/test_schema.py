@@ -18,12 +18,8 @@ VALIDATOR = jsonschema.Draft202012Validator(drive_schema())
 EXAMPLE = Path(__file__).with_name("contract_example.toml")
 DRIVES = Path(drive_file.__file__).with_name("drives")
 FULL = tomllib.loads(EXAMPLE.read_text(encoding="utf-8"))
-FULL |= {
-    "title": "t",
-    "source": "s",
-    "goal": {"tracking_error": 0.001},
-    "carriage": [{"mass": 1, "position": 0.5}],
-}
+FULL |= {"title": "t", "source": "s", "goal": {"tracking_error": 0.001}}
+FULL |= {"carriage": [{"mass": 1, "position": 0.5}]}
 PLACES = [(), *[(key,) for key in FULL if isinstance(FULL[key], dict)], ("pulley", 1), ("carriage", 0)]
 TABLE_SCHEMAS = {place: VALIDATOR.schema["else"]["properties"][place[0]] for place in PLACES[1:]}
 QUANTITIES = {
@@ -163,8 +159,7 @@ def test_hash_sees_which_carriages_move_together_and_not_what_they_are_called():
 
 
 def test_hash_sees_the_last_bit_of_a_given_rigidity():
-    rope = replace(
-        EVERY_NUMBER, cable=replace(EVERY_NUMBER.cable, youngs_modulus=None, area=None, given_rigidity=438.0)
-    )
+    cable = replace(EVERY_NUMBER.cable, youngs_modulus=None, area=None, given_rigidity=438.0)
+    rope = replace(EVERY_NUMBER, cable=cable)
     other = replace(rope, cable=rope.cable.with_rigidity(nextafter(438.0, inf)))
     assert len({content_hash(drive) for drive in (EVERY_NUMBER, rope, other)}) == 3

@@ -149,15 +149,10 @@ DRIVE = cd.load_drive("dissertation-2")
 
 
 @cache
-def run(fields: int = 20):
+def run():
     plucks = (Pluck(height=2e-3), Pluck(height=1e-3, span="lower"), Pluck(height=1e-3, plane="v"))
-    return simulate(
-        DRIVE,
-        0.05,
-        start=Start(plucks=plucks),
-        scheme=Scheme(segments=20),
-        recording=Recording(rate=10_000.0, fields=fields),
-    )
+    recording = Recording(rate=10_000.0, fields=20)
+    return simulate(DRIVE, 0.05, start=Start(plucks=plucks), scheme=Scheme(segments=20), recording=recording)
 
 
 def test_the_spectrum_marks_the_certified_modes():

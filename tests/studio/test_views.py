@@ -89,18 +89,13 @@ def test_a_measured_response_stands_over_the_computed_one(studio):
 
 def test_control_lists_the_laws_of_the_machine_and_resonance_a_command_that_runs(studio):
     """A printer has its open loops and the law of a rigid joint; a machine with routes has no map."""
-    page = studio.get("/control?drive=corexy").text
-    shown = page.partition("<summary>all laws")[0]
-    assert all(f'value="{law}"' in shown for law in ("stepper", "stepper-shaped", "darc-3-damped", "lqg"))
-    assert 'value="darc-4-damped"' not in shown
-    assert (
-        'value="stepper"'
-        not in studio.get("/control?drive=dissertation-3").text.partition("<summary>all laws")[0]
-    )
-    found = studio.get(
-        "/control/part?drive=corexy&law=stepper-shaped&rise=0.1+s&dwell=0.05+s&bandwidth=20+Hz"
-    )
-    assert found.json()["rows"][0]["law"] == "stepper-shaped"
+    pages = (studio.get(f"/control?drive={name}").text for name in ("corexy", "dissertation-3"))
+    printer, turntable = (page.partition("<summary>all laws")[0] for page in pages)
+    assert all(f'value="{law}"' in printer for law in ("stepper", "stepper-shaped", "darc-3-damped", "lqg"))
+    assert 'value="darc-4-damped"' not in printer
+    assert 'value="stepper"' not in turntable
+    asked = "drive=corexy&law=stepper-shaped&rise=0.1+s&dwell=0.05+s&bandwidth=20+Hz"
+    assert studio.get(f"/control/part?{asked}").json()["rows"][0]["law"] == "stepper-shaped"
     assert "--map" not in studio.get("/resonance?drive=corexy").text
     assert "--map" in studio.get("/resonance?drive=dissertation-2").text
 
@@ -164,10 +159,8 @@ def test_a_refusal_is_that_of_the_reader_and_stands_beside_its_field(studio, set
 
 
 def test_the_text_beside_the_form_is_the_file_with_its_comments(studio):
-    settings = (
-        *("cable.pretension=6 N", "pulley.1.inertia=0.003"),
-        *("motor.backlash=0.1 deg", "goal.tracking_error=0.1 deg"),
-    )
+    settings = ("cable.pretension=6 N", "pulley.1.inertia=0.003", "motor.backlash=0.1 deg")
+    settings += ("goal.tracking_error=0.1 deg",)
     found = part(studio, *settings)
     original, edited = packaged_text("dissertation-3"), found["text"]
     comments = re.findall(r"#.*", original)

@@ -88,9 +88,8 @@ def test_what_runs_when_a_studio_is_killed_is_called_interrupted(make_studio):
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
     """Values drawn to look like options and paths stay the value of the option they belong to."""
-    log = studio.post("/logs/file", params={"name": "a.csv"}, content=b"time [s],torque [N m]\n0,1\n").json()[
-        "log"
-    ]
+    content = b"time [s],torque [N m]\n0,1\n"
+    log = studio.post("/logs/file", params={"name": "a.csv"}, content=content).json()["log"]
     evil = "--output=../stolen"
     form = dict.fromkeys(
         ("error", "draws", "angle", "rise", "dwell", "bandwidth", "goal", "controller", "torque",
@@ -101,15 +100,8 @@ def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
         with pytest.raises(InputRefused, match="no input shaper was found"):
             asked(studio.desk, kind, State(drive="dissertation-3"), form | {"job": evil}, tmp_path)
         return
-    form |= {
-        "log": log,
-        "log2": log,
-        "motion": log,
-        "rows": "4",
-        "count": "2",
-        "format": "c99",
-        "film-law": "pd",
-    }
+    form |= {"log": log, "log2": log, "motion": log}
+    form |= {"rows": "4", "count": "2", "format": "c99", "film-law": "pd"}
     state = State(drive="dissertation-3", settings=())
     found = asked(studio.desk, kind, state, form, tmp_path)
     named = [part for part in found.arguments if part.startswith("/")]
@@ -143,9 +135,8 @@ def test_the_first_line_is_the_address_and_ctrl_c_ends_it_with_130(tmp_path):
 
         process.send_signal(signal.SIGINT)
         assert process.wait(10) == 130
-        assert (
-            process.stderr.read() == f"cabledrive: interrupted; what was made is kept in {tmp_path / 'one'}\n"
-        )
+        kept = f"cabledrive: interrupted; what was made is kept in {tmp_path / 'one'}\n"
+        assert process.stderr.read() == kept
 
 
 def test_without_the_extra_the_door_says_which(monkeypatch, tmp_path):
