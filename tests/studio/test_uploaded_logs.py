@@ -70,13 +70,15 @@ def test_a_pixel_shows_its_own_rows(studio, long_log):
         assert found["series"][0]["high"][k] == torque[first:last].max()
 
 
-def test_what_the_check_found_is_marked_where_it_happened(studio):
-    time = np.arange(4000) / 1000.0
-    torque = np.sin(2 * np.pi * 3.0 * time)
-    clipped = np.clip(torque, -1.0, 0.8)
-    lines = ["time [s],torque [N m],angle [rad]"]
-    lines += [f"{a:.3f},{b:.6f},{c:.6f}" for a, b, c in zip(time, clipped, np.sin(time), strict=True)]
+@pytest.mark.parametrize(("unit", "second"), [("s", 1.0), ("ms", 1000.0)])
+def test_what_the_check_found_is_marked_where_it_happened_in_the_unit_of_the_file(studio, unit, second):
+    time = np.arange(4000) / 1000.0 * second
+    torque = np.sin(2 * np.pi * 3.0 * time / second)
+    rows = zip(time, np.clip(torque, -1.0, 0.8), np.sin(time / second), strict=True)
+    lines = [f"time [{unit}],torque [N m],angle [rad]", *(f"{a:.3f},{b:.6f},{c:.6f}" for a, b, c in rows)]
     log = sent(studio, "clipped.csv", "\n".join(lines).encode()).json()["log"]
+    shown = window(studio, log)
+    assert (shown["time_unit"], shown["end"]) == (unit, pytest.approx(time[-1], rel=1e-12))
     found = studio.get(f"/logs/{log}/check").json()
     assert any("end of its range" in words for words in found["said"])
     marked = np.zeros(4000, dtype=bool)
@@ -86,16 +88,7 @@ def test_what_the_check_found_is_marked_where_it_happened(studio):
     np.testing.assert_array_equal(marked, torque >= 0.8)
 
 
-def test_marks_and_axis_keep_the_unit_of_the_file_and_a_time_that_goes_back_is_no_axis(studio):
-    torque = np.clip(np.sin(np.arange(3000) / 50.0), -1.0, 0.7)
-    lines = ["time [ms],torque [N m],angle [rad]"]
-    lines += [f"{k},{value:.6f},{k / 1000:.6f}" for k, value in enumerate(torque)]
-    log = sent(studio, "ms.csv", "\n".join(lines).encode()).json()["log"]
-    assert (found := window(studio, log))["time_unit"] == "ms"
-    assert found["end"] == 2999.0
-    marks = studio.get(f"/logs/{log}/check").json()["marks"]
-    first = np.flatnonzero(torque >= 0.7)[0]
-    assert marks[0]["start"] == pytest.approx(first, abs=1e-6)
+def test_a_time_that_goes_back_is_no_axis(studio):
     back = "time [s],torque [N m]\n0,1\n1,2\n0.5,3\n2,4\n"
     log = sent(studio, "back.csv", back.encode()).json()["log"]
     assert (found := window(studio, log))["time"] is None
