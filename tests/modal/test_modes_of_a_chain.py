@@ -131,7 +131,7 @@ def wrong_chains(seed: int, chains: int) -> tuple[list[str], int]:
         compared += expected.size
         if frequencies.size != expected.size or not found.certified:
             wrong.append(f"chain {number}: {frequencies.size} listed, {expected.size} expected")
-        elif np.any(np.abs(frequencies / expected - 1.0) > 1e-9):
+        elif np.any(np.abs(frequencies / expected - 1.0) > 3e-9):  # round-off of the elements
             wrong.append(f"chain {number}: off by {np.abs(frequencies / expected - 1.0).max():.1e}")
     return wrong, compared
 

@@ -58,7 +58,7 @@ def choice_and_table(drive, asked, folder):
     table = {
         one.controller: on_the_plants_of(found, one, asked.draws).rank(np.inf, learns=False)
         for one in tuned
-        if one.value is not None
+        if one.bandwidth is not None
     }
     return found.laws.chosen.controller, table
 
