@@ -55,8 +55,9 @@ def causal_filter(values: Array, interval: float, natural_frequency: float, damp
 
 
 def rms(*parts: Array) -> float:
-    """Root mean square of all values of some signals."""
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+    """Root mean square of all values of some signals; infinite of a motion that diverges."""
+    with np.errstate(over="ignore"):
+        return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 def lag_coefficients(time: float, interval: float) -> tuple[float, float, float]:
