@@ -20,6 +20,7 @@ added:
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import inf
 
 import numpy as np
 from scipy import signal
@@ -216,9 +217,14 @@ def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tup
 def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factors, float]:
     """Residuals and sensitivities of all logs; every log has its own speed at the start."""
     rows = [case.residual(values, v) for case, v in zip(cases, speeds, strict=True)]
+    left = rms(*(residual for residual, _ in rows))
+    if not left < inf:
+        raise NotComputed(
+            "the motion of the fitted axis diverges: a feedback loop controls it, or the model is wrong"
+        )
     names = (*BASE, *(f"start {k}" for k in range(len(cases))), *((LAG,) if cases[0].lag else ()))
     parts = [(_apart(slopes, k, len(cases)), residual) for k, (residual, slopes) in enumerate(rows)]
-    return stacked(names, parts), rms(*(residual for residual, _ in rows))
+    return stacked(names, parts), left
 
 
 def _apart(slopes: Array, number: int, count: int) -> Array:
