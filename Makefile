@@ -88,7 +88,8 @@ mutants: $(VENV)/test.stamp
 	$(BIN)/python tools/mutants.py
 
 verify: $(VENV)/test.stamp
-	$(BIN)/python -m pytest -n 2 --dist worksteal --resume -m "verify or not verify" tests reproduction tools/attack
+	$(BIN)/python -m pytest -n 2 --dist worksteal --resume -m "verify or not verify" \
+		-o faulthandler_timeout=7200 tests reproduction tools/attack
 
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs

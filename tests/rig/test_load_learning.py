@@ -174,9 +174,7 @@ def test_in_the_middle_of_a_move_no_estimate_comes_in_time(measured):
     (_, ours), (_, theirs) = (
         over_plants(name, 20, 11, ranges, "by uncertainty") for name in (CHANGING, "lqg")
     )
-    measured(
-        f"{at_99(ours):.3f} and {at_99(theirs):.3f} deg, from the next pulse on {at_99(ours, 'later_peak'):.3f}"
-    )
+    measured(f"{at_99(ours):.3f} and {at_99(theirs):.3f} deg, later pulses {at_99(ours, 'later_peak'):.3f}")
     assert 0.6 < at_99(ours) / at_99(theirs) < 0.9
     assert at_99(ours, "later_peak") < 0.4 * at_99(theirs)
 
@@ -228,7 +226,7 @@ def test_gains_scheduled_by_an_announced_load_halve_the_error_of_learning_and_co
             f"{name} {'exact' if grid is None else 'nearest half'} {value:.3f}"
             for (name, grid), value in found.items()
         )
-        + f"; {CHANGING} {at_99(learning):.3f}, from the next pulse on {at_99(learning, 'later_peak'):.3f} deg"
+        + f"; {CHANGING} {at_99(learning):.3f}, later pulses {at_99(learning, 'later_peak'):.3f} deg"
     )
     assert found["lqi", None] < 0.5 * at_99(learning)
     assert found["lqg", 0.5] > 0.8 * at_99(learning)
