@@ -270,7 +270,7 @@ def slope_error(hanging: Piece, tension: float) -> float:
 
     :math:`\theta` is the steepest slope against the chord, :math:`g = \sqrt 8\,\lambda/\pi^2` the coupling of
     motion along and across, which the tension at rest changes by T/EA of it. Against cables divided about
-    their catenaries, 100 random machines, the largest error found is 0.96 of it.
+    their catenaries, 100 random machines, the largest error found is 0.56 of it.
     """
     coupling = np.sqrt(8.0 * hanging.irvine) / np.pi**2
     strain = tension / hanging.rope.axial_rigidity
