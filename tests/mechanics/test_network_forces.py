@@ -9,9 +9,10 @@ import pytest
 import cabledrive as cd
 from cable_elements import random_machine
 from cabledrive.mechanics.network import network_of, statics_of
-from cabledrive.mechanics.network.hanging import hanging_elements
+from cabledrive.mechanics.network.hanging import hanging_elements, irvine_parameters
 from cabledrive.mechanics.network.pieces import straight_element
 from cabledrive.mechanics.network.response import dynamic_stiffness
+from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
@@ -258,3 +259,22 @@ pulley = [
 ]
 route = [{ name = "belt", path = ["+a", "+b"], closed = true, speed = "SPEED" }]
 """
+
+
+@pytest.mark.parametrize("pull", [2e3, 2e4])
+def test_a_level_span_has_the_parameter_of_irvine(pull):
+    """(q L / T)^2 EA / T, of a wire between two walls with the tension at rest."""
+    text = SLIDE.replace("RIGHT", "").replace("LOAD", f"{pull} N")
+    network = network_of(drive_from_text(text))
+    weight, tension = 0.2 * 9.81 * 4.0 / (1.0 + 1e3 / 1e5), network.statics.mean[0]  # cut for 1 kN
+    assert irvine_parameters(network)[0] == pytest.approx((weight / tension) ** 2 * 1e5 / tension, rel=1e-3)
+
+
+def test_a_wave_never_arrives_where_a_rope_is_slack_somewhere():
+    """Upright, 10 N above and 10 N of push below; with 10 N more it arrives by the closed form."""
+    upright = RestingStretch(
+        span="a", start=0.0, end=2.0, force=(10.0, 0.0), load=(10.0, 0.0), axial_rigidity=1e9
+    )
+    assert upright.travel_time == np.inf
+    taut = replace(upright, force=(40.0, 0.0))
+    assert taut.travel_time == pytest.approx(2.0 * (np.sqrt(40.0) - np.sqrt(20.0)) / 10.0, rel=1e-6)
