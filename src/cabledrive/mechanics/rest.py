@@ -151,7 +151,7 @@ def _sag(stretches: list[RestingStretch]) -> float:
     """Largest distance of a section from the line of the pulleys, among points of quadrature and joints."""
     fallen, deepest = 0.0, 0.0
     for stretch in stretches:
-        if stretch.force[1] == 0.0 == stretch.load[1]:
+        if stretch.straight:
             return 0.0
         places = stretch.start + stretch.length * np.linspace(0.0, 1.0, 33)
         along, across = stretch.force_at(places)

@@ -22,7 +22,7 @@ from cabledrive.mechanics.holding import (
     held_joints,
     motor_condition,
 )
-from cabledrive.mechanics.network.rest_forces import PANELS, WEIGHTS, RestingStretch, quadrature_points
+from cabledrive.mechanics.network.rest_forces import PLACES, SHARES, RestingStretch
 from cabledrive.mechanics.rest import RestingSection, rest_state
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
@@ -309,12 +309,11 @@ def sag_parameter(section: RestingSection) -> float:
 
     A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`.
     """
-    places, weights = quadrature_points(), np.tile(WEIGHTS, PANELS) / (2.0 * PANELS)
     square = tension = 0.0
     for stretch in section.stretches:
-        along, across = stretch.force_at(stretch.start + stretch.length * places)
+        along, across = stretch.force_at(stretch.start + stretch.length * PLACES)
         share = stretch.length / (section.end - section.start)
-        square += share * float(weights @ (across**2 / (along**2 + across**2)))
+        square += share * float(SHARES @ (across**2 / (along**2 + across**2)))
         tension += share * stretch.mean_tension
     return 12.0 * section.stretches[0].axial_rigidity / tension * square
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.rest_forces import PANELS, WEIGHTS, quadrature_points
+from cabledrive.mechanics.network import rest_forces
 from cabledrive.modal.batch import LoopBatch
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel
@@ -87,8 +87,8 @@ def spans_at_rest(loops: LoopBatch) -> TautSpans:
     """
     if loops.gravity_across == 0.0:
         return straight_spans(loops, loops.pretension)
-    weights = np.tile(WEIGHTS, PANELS) / (2.0 * PANELS)
-    across = np.outer(0.5 - quadrature_points(), loops.density * loops.gravity_across * loops.length)
+    weights = rest_forces.SHARES
+    across = np.outer(0.5 - rest_forces.PLACES, loops.density * loops.gravity_across * loops.length)
     along, prestrain = loops.pretension.copy(), loops.pretension / loops.rigidity
     settled: NDArray[np.bool_] = np.zeros(along.size, dtype=bool)
     for _ in range(MOST_STEPS):

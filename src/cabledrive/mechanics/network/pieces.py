@@ -72,6 +72,8 @@ class Piece:
     @property
     def irvine(self) -> float:
         r"""Irvine's :math:`\lambda^2` of its slopes."""
+        if self.rest.straight:
+            return 0.0
         tension = 0.5 * (self.start_tension + self.end_tension)
         square = float(0.5 * _WEIGHTS @ self.slope(0.5 * self.length * (1.0 + _POINTS)) ** 2)
         return irvine_parameter(self.rope.axial_rigidity, tension, tension**2 * square)

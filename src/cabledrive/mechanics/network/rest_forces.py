@@ -30,16 +30,12 @@ from cabledrive.parameters.fields import described, meaning
 MOST_STEPS = 200
 SINGULAR = 1e-10
 _SETTLED, _ROUND_OFF, _TINY = 1e-13, 4e-16, 1e-300
-PANELS = 4
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-
-
-def quadrature_points() -> Array:
-    """Places of the quadrature on a stretch of length 1, panel after panel."""
-    return ((np.arange(PANELS)[:, None] + (NODES + 1.0) / 2.0) / PANELS).ravel()
-
-
-_PLACES, _SHARES = quadrature_points(), np.tile(WEIGHTS, PANELS) / (2.0 * PANELS)
+_PANELS = 4
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+PLACES: Array = ((np.arange(_PANELS)[:, None] + (_NODES + 1.0) / 2.0) / _PANELS).ravel()
+"""Places of the quadrature on a stretch of length 1, panel after panel."""
+SHARES: Array = np.tile(_WEIGHTS, _PANELS) / (2.0 * _PANELS)
+"""Their weights, 1 together."""
 
 
 @described
@@ -87,7 +83,7 @@ class RestingStretch:
             [N].
         """
         along, across = self.force_at(positions)
-        if self.force[1] == 0.0 == self.load[1]:
+        if self.straight:
             return np.asarray(along + self.momentum)
         return np.asarray(np.hypot(along, across) + self.momentum)
 
@@ -97,6 +93,11 @@ class RestingStretch:
         return self.end - self.start
 
     @property
+    def straight(self) -> bool:
+        """Whether nothing acts across it: what hangs cannot push, a straight rope could by the balance."""
+        return self.force[1] == 0.0 == self.load[1]
+
+    @property
     def end_force(self) -> tuple[float, float]:
         """Force along and across at the end [N]."""
         return self.force[0] - self.load[0] * self.length, self.force[1] - self.load[1] * self.length
@@ -104,8 +105,7 @@ class RestingStretch:
     @property
     def tensions(self) -> tuple[float, float]:
         """Tension at start and end [N]."""
-        bar = self.force[1] == 0.0 == self.load[1]
-        first, last = (own[0] if bar else hypot(*own) for own in (self.force, self.end_force))
+        first, last = (own[0] if self.straight else hypot(*own) for own in (self.force, self.end_force))
         return first + self.momentum, last + self.momentum
 
     @property
@@ -119,12 +119,12 @@ class RestingStretch:
     @property
     def mean_tension(self) -> float:
         """Mean tension over the unstretched length [N]."""
-        return float(self.tension_at(self.start + self.length * _PLACES) @ _SHARES)
+        return float(self.tension_at(self.start + self.length * PLACES) @ SHARES)
 
     @property
     def pull(self) -> float:
         """Force along at the middle, of a straight rope the lowest tension: without it a rope pushes [N]."""
-        if self.force[1] == 0.0 == self.load[1]:
+        if self.straight:
             return min(self.tensions)
         return self.force[0] - 0.5 * self.load[0] * self.length
 
@@ -137,10 +137,10 @@ class RestingStretch:
     @property
     def travel_time(self) -> float:
         """Time that a transverse wave takes from end to end [s]; infinite where the stretch is slack."""
-        tension = self.tension_at(self.start + self.length * _PLACES)
+        tension = self.tension_at(self.start + self.length * PLACES)
         if tension.min() <= 0.0:
             return float("inf")
-        return self.length * float(np.sqrt(1.0 / tension + 1.0 / self.axial_rigidity) @ _SHARES)
+        return self.length * float(np.sqrt(1.0 / tension + 1.0 / self.axial_rigidity) @ SHARES)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -193,12 +193,12 @@ class Ropes:
 
     def reach(self, force: Array) -> tuple[Array, Array]:
         """How far pieces reach beyond their lengths, (p, 2) [m]; what they give, (3, p): aa, ab, bb [m/N]."""
-        places, weight = self.length[:, None] * _PLACES, self.length[:, None] * _SHARES
+        places, weight = self.length[:, None] * PLACES, self.length[:, None] * SHARES
         along, across = (force[:, i, None] - self.load[:, i, None] * places for i in (0, 1))
         soft = 1.0 / self.rigidity[:, None]
         runs = self.momentum[:, None] * soft
         bar = ~self.hangs[self.run][:, None]  # may push, which is refused afterwards
-        size = np.where(bar, 1.0, np.maximum(np.hypot(along, across), 1e-300))
+        size = np.where(bar, 1.0, np.maximum(np.hypot(along, across), _TINY))
         cosine, sine = np.where(bar, 1.0, along / size), np.where(bar, 0.0, across / size)
         less = np.where(cosine > 0.0, -(sine**2) / (1.0 + np.abs(cosine)), cosine - 1.0)
         turning = np.where(bar, 0.0, (1.0 + runs) / size)

@@ -269,13 +269,16 @@ def _refuse_open(drive: RoutedDrive, ropes: Ropes, along: Array, passing: Set[in
 
 
 def _refuse_unbalanced(name: str, missing: float, pulls: Array, rest: float) -> None:
+    """What a coordinate of a body, "car.y", or a pulley that several ropes turn lacks of its balance."""
     body, _, move = name.rpartition(".")
-    unit = "N m" if move == "turn" else "N"
-    way = "about its pivot" if move == "turn" else f"along {move}"
+    unit, way = ("N m", "about its pivot") if move == "turn" else ("N", f"along {move}")
+    who = f"body {body}"
+    if not body:
+        who, unit, way = f"pulley {name}", "N m", "about its axle"
     both = [*pulls, -rest]
     ahead, back = sum(p for p in both if p > 0.0), -sum(p for p in both if p < 0.0)
     raise InputRefused(
-        f"body {body}: no static solution, {abs(missing):.4g} {unit} {way} are missing; ropes, weights and "
+        f"{who}: no static solution, {abs(missing):.4g} {unit} {way} are missing; ropes, weights and "
         f"loads pull {ahead:.4g} {unit} one way and {back:.4g} {unit} the other: change loads, masses or the "
         "routes, or give it stiffness"
     )
