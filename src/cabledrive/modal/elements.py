@@ -95,8 +95,9 @@ class Rope:
     ``start``, ``end``: rows of its ends in the order u, w, w'; ``hold``: R at places [N]; ``density``:
     [kg/m]; ``tags``: of the directions that it covers; ``direction``: (c, s) at places, of one that moves
     along as well; ``pull``: A [N]; ``bend``: B [N m^2]; ``longer``: its length over that between the places
-    where it is stretched; ``before``: part of it before the start of its piece; ``straight``: what it is
-    above ``edge`` [rad/s], where sag moves no mode any more.
+    where it is stretched; ``inside``: shares of it at which its piece starts and ends; ``straight``: what it
+    is above ``edge`` [rad/s], where sag moves no mode any more; ``moved``: by how much sag moves the points
+    where it leaves its pulleys, which is left out [m].
     """
 
     start: tuple[Row, ...]
@@ -110,9 +111,10 @@ class Rope:
     bend: float = 0.0
     ropes: int = 1
     longer: float = 1.0
-    before: float = 0.0
+    inside: tuple[float, float] = (0.0, 1.0)
     straight: tuple["Wave | Rope", ...] = ()
     edge: float = inf
+    moved: float = 0.0
 
     @property
     def rows(self) -> tuple[Row, ...]:

@@ -14,7 +14,7 @@ from cabledrive.mechanics.warnings import warnings_of_rest
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Modes
 from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import check_torque, network_of_chain, network_of_drive, slack_line
-from cabledrive.modal.ranges import INCOMPLETE, route_limit, route_range_warnings
+from cabledrive.modal.ranges import INCOMPLETE, route_limit, route_range_warnings, tangent_limit
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
@@ -92,12 +92,12 @@ def modes(
     if network is not None:
         return _of_routes(listed, spectrum, network)
     slack = spectrum.network.slack
-    complete = listed.certified
+    limit = slack_line(slack[0]) if slack else tangent_limit(spectrum.network, listed.modes)
     assert not isinstance(drive, RoutedDrive)
     return replace(
         listed,
-        certified=complete and not slack,
-        certified_reason=slack_line(slack[0]) if complete and slack else listed.certified_reason,
+        certified=listed.certified and limit is None,
+        certified_reason=limit if listed.certified else listed.certified_reason,
         warnings=(
             *warnings_of_rest(drive),
             *(f"{slack_line(own)}; its transverse modes are not listed" for own in slack[:1]),
@@ -162,12 +162,12 @@ def straight_limit(network: Network, below: float, *, kind: str | None = None) -
         said = f"straight ropes: {number} modes below {below / (2 * pi):.4g} Hz, more than {MOST_CHECKED}"
         return f"{said}: whether sag moves one was not checked"
     listed = [mode for mode in spectrum.below(below) if kind in (None, mode.kind)]
-    return route_limit(network, listed, spectrum.below, hanging=False)
+    return route_limit(network, listed, spectrum, hanging=False)
 
 
 def _of_routes(listed: Modes, spectrum: Spectrum, network: Network, *, hanging: bool = True) -> Modes:
     """A list of a machine with routes, certified where its models hold."""
-    limit = route_limit(network, listed.modes, spectrum.below, hanging=hanging)
+    limit = route_limit(network, listed.modes, spectrum, hanging=hanging)
     return replace(
         listed,
         certified=listed.certified and limit is None,

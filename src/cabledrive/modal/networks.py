@@ -4,10 +4,10 @@ A loop or line about its state of rest, a machine with routes, and a chain that 
 constructors of it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import ceil, inf, pi, sqrt
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -22,21 +22,13 @@ from cabledrive.mechanics.holding import (
     held_joints,
     motor_condition,
 )
-from cabledrive.mechanics.network.rest_forces import PLACES, SHARES, RestingStretch
+from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.rest import RestingSection, rest_state
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
-from cabledrive.modal.rows import MASS, SPRING, Array
-from cabledrive.parameters import Cable, Drive, InputRefused, NotComputed
-
-EVEN = 5e-6
-"""Change of the tension along a piece, relative, below which it is even."""
-
-COUPLED = 1e-4
-"""Largest relative shift of two modes along and across that meet, by sag above its edge."""
-
-CURVED = 5e-3
-"""Largest square of the ring frequency of a curved rope over that of its edge."""
+from cabledrive.modal.pieces import End, parts_of_piece, straight_above
+from cabledrive.modal.rows import MASS, SPRING
+from cabledrive.parameters import Drive, InputRefused, NotComputed
 
 
 @dataclass(frozen=True)
@@ -198,7 +190,8 @@ def network_of_drive(
         sections = rest.sections
         if rest.lowest_tension <= 0.0 and not drive.layout.gravity:
             raise NotComputed(slack_line(next(own for own in sections if own.lowest_tension <= 0.0)))
-    at_rest = {(own.span, own.start): (own, section) for section in sections for own in section.stretches}
+    at_rest = {(one.span, one.start): (one, own) for own in sections for one in own.stretches}
+    cable, edges = drive.cable, {id(own): _edge(own, drive.cable.mass_per_length) for own in sections}
     numbers = {id(own): number for number, own in enumerate(drive.carriage)}
     pieces: list[PieceOfSpan] = []
     parts: list[Wave | Rope] = []
@@ -216,8 +209,25 @@ def network_of_drive(
         ]
         for i, ((start, near, _), (end, far, _)) in enumerate(pairwise(joints)):
             section = max(b for b in bounds if b <= start), min(b for b in bounds if b >= end)
-            own = drive.cable, end - start, rows[i], rows[i + 1], len(pieces)
-            parts += _parts_of_piece(own, taut, at_rest.get((span, start)))
+            stretch, hung = at_rest.get((span, start)) or (
+                RestingStretch(
+                    span=span,
+                    start=start,
+                    end=end,
+                    force=(cable.pretension, 0.0),
+                    load=(0.0, 0.0),
+                    axial_rigidity=cable.axial_rigidity,
+                ),
+                None,
+            )
+            rope = cable.mass_per_length, 0.0, 1
+            across = not taut and (hung is None or hung.lowest_tension > 0.0)
+            first, last = (
+                End(moves, radius=drive.drive_pulley.radius if name in PULLEYS else 0.0)
+                for moves, name in zip(rows[i : i + 2], (near, far), strict=True)
+            )
+            own = parts_of_piece(len(pieces), stretch, rope, first, last, edges.get(id(hung), 0.0))
+            parts += own if across else own[1:2]
             pieces.append(PieceOfSpan(span, start, end, section, (near, far)))
     for number, carriage in enumerate(drive.carriage):
         names = (f"carriage {number}", f"carriage {number} {ACROSS}", f"carriage {number} {OUT}")
@@ -233,104 +243,9 @@ def network_of_drive(
     )
 
 
-def _parts_of_piece(
-    piece: tuple[Cable, float, list[Row], list[Row], int],
-    taut: bool,
-    rest: tuple[RestingStretch, RestingSection] | None,
-) -> list[Wave | Rope]:
-    """One piece (cable, length, rows of its ends, number) in all its directions; ``rest``: where it hangs."""
-    cable, length, near, far, number = piece
-    ea, rho = cable.axial_rigidity, cable.mass_per_length
-    along = Wave(near[0], far[0], sqrt(ea * rho), length / sqrt(ea / rho), (number, ALONG))
-    if taut or (rest is not None and rest[1].lowest_tension <= 0.0):
-        return [along]
-    if rest is None:
-        time = length * sqrt(rho / (cable.pretension / (1.0 + cable.prestrain)))
-        both = ((1, ACROSS), (2, OUT))
-        return [along, *(Wave(near[i], far[i], rho * length / time, time, (number, way)) for i, way in both)]
-    stretch, section = rest
-    tension = stretch.tension_at(stretch.start + np.linspace(0.0, length, 9))
-    time, (hold, direction) = sqrt(rho) * stretch.travel_time, _force_of(stretch)
-
-    def string(i: int, way: str) -> Wave | Rope:
-        if np.ptp(tension) <= EVEN * tension.min():
-            return Wave(near[i], far[i], rho * length / time, time, (number, way))
-        return Rope((near[i],), (far[i],), length, hold, rho, ((number, way),))
-
-    edge = straight_above(section, rho)
-    if not edge:
-        return [string(2, OUT), along, string(1, ACROSS)]
-    hanging = Rope(
-        tuple(near[:2]),
-        tuple(far[:2]),
-        length,
-        hold,
-        rho,
-        ((number, ALONG), (number, ACROSS)),
-        direction=direction,
-        pull=ea,
-        straight=(_curved(along, stretch), string(1, ACROSS)),
-        edge=edge,
-    )
-    return [string(2, OUT), hanging]
-
-
-def _curved(along: Wave, stretch: RestingStretch) -> Wave:
-    """The wave along a stretch that sags, far above its ring frequency."""
-    force = stretch.force_at(np.array([stretch.start, stretch.end]))
-    turned = np.diff(np.arctan2(force[1], force[0]))[0]
-    cosine = force[0] / np.hypot(*force)
-    start, end = (
-        tuple((c, v * float(one)) for c, v in row)
-        for row, one in zip((along.start, along.end), cosine, strict=True)
-    )
-    return replace(along, start=start, end=end, ring=abs(float(turned)) / along.time)
-
-
-def _force_of(stretch: RestingStretch) -> tuple[Callable[[Array], Array], Callable[[Array], Any]]:
-    """R = T/(1 + T/EA) [N], and cosine and sine of the direction, by the distance from its start."""
-
-    def hold(x: Array) -> Array:
-        tension = stretch.tension_at(stretch.start + np.ravel(x)).reshape(np.shape(x))
-        return np.asarray(tension / (1.0 + tension / stretch.axial_rigidity))
-
-    def direction(x: Array) -> tuple[Array, Array]:
-        along, across = stretch.force_at(stretch.start + np.ravel(x)).reshape(2, *np.shape(x))
-        tension = np.hypot(along, across)
-        return along / tension, across / tension
-
-    return hold, direction
-
-
-def sag_parameter(section: RestingSection) -> float:
-    r"""Irvine's parameter of a section at rest, for any weights on it: 12 EA/T times the mean of sin^2.
-
-    .. math:: \lambda^2 = \frac{12\,EA}{\bar T}\,\overline{\sin^2\theta}
-
-    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`.
-    """
-    square = tension = 0.0
-    for stretch in section.stretches:
-        along, across = stretch.force_at(stretch.start + stretch.length * PLACES)
-        share = stretch.length / (section.end - section.start)
-        square += share * float(SHARES @ (across**2 / (along**2 + across**2)))
-        tension += share * stretch.mean_tension
-    return 12.0 * section.stretches[0].axial_rigidity / tension * square
-
-
-def straight_above(section: RestingSection, density: float) -> float:
-    r"""Frequency above which sag moves no mode of a section by more than `COUPLED` [rad/s]; 0: none at all.
-
-    The n-th wave across and a mode along that meet part by half of :math:`\sqrt 8\,\lambda/(n\pi)^2` of their
-    frequency; else waves across move by half the square of this. Of the curvature, which raises modes along
-    by half of :math:`(\omega_r/\omega)^2 = \lambda^2/(n\pi)^2`, what waves leave out is the square of this.
-    """
-    irvine = sag_parameter(section)
-    number = max(sqrt(sqrt(8.0 * irvine) / (2.0 * COUPLED)), sqrt(irvine / CURVED)) / pi
-    if number < 1.0:
-        return 0.0
-    time = sqrt(density) * sum(own.travel_time for own in section.stretches)
-    return (ceil(number) + 2 * len(section.stretches) - 1.5) * pi / time
+def _edge(section: RestingSection, density: float) -> float:
+    """Where sag moves no mode of a section any more [rad/s]; 0 where it hangs slack."""
+    return straight_above(section.stretches, density) if section.lowest_tension > 0.0 else 0.0
 
 
 def check_torque(at_torque: float) -> None:

@@ -5,18 +5,20 @@ then couples to an even stretch by :math:`g_n = \sqrt 8\,\lambda/(\pi^2 n^2)` of
 stiffnesses: where the two frequencies are equal they part by :math:`\pm g_n/2`, of first order in the sag.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from math import pi, sqrt
 
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.mechanics.network.hanging import hanging_elements, irvine_parameters
 from cabledrive.mechanics.network.motion import ACROSS, ALONG
-from cabledrive.mechanics.network.pieces import Element, Piece, wrap_at
+from cabledrive.mechanics.network.pieces import wrap_at
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.motion import Mode
+from cabledrive.modal.networks import ModalNetwork
+from cabledrive.modal.pieces import sag_parameter
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters.arrays import Array
 
 INCOMPLETE = "the count gives more modes than could be found and proven"
@@ -157,26 +159,24 @@ def curvature_error(network: Network, span: int) -> float:
     return stiffness * bent**2 / (4.0 * float(network.statics.mean[span]) ** 3 * own.length**2)
 
 
-def route_limit(
-    network: Network, listed: Sequence[Mode], below: Callable[[float], list[Mode]], *, hanging: bool
-) -> str | None:
+def route_limit(network: Network, listed: Sequence[Mode], spectrum: Spectrum, *, hanging: bool) -> str | None:
     """Why a list of a machine with routes is not certified although the count agrees; None where it is.
 
-    ``below``: all modes below a frequency [rad/s]; ``hanging``: whether its ropes sag.
+    ``hanging``: whether its ropes sag.
     """
-    elements, straight = _hung(network, hanging)
+    straight = _straight(network, hanging)
     return (
-        hanging_limit(network, elements, listed)
+        (_lifted(network) if hanging else None)
+        or tangent_limit(spectrum.network, listed)
         or range_limit(network, listed, straight)
-        or sag_coupling_limit(network, listed, below, straight)
+        or sag_coupling_limit(network, listed, spectrum.below, straight)
     )
 
 
-def _hung(network: Network, hanging: bool) -> tuple[dict[int, Element], list[int]]:
-    """Elements that hang, by their piece, and numbers of the spans whose sag is left out."""
-    elements = hanging_elements(network) if hanging else {}
-    hung = {network.pieces[piece].span for piece in elements}
-    return elements, [span for span in range(len(network.drive.free_spans)) if span not in hung]
+def _straight(network: Network, hanging: bool) -> list[int]:
+    """Numbers of the spans whose sag is left out: those that run, and all where none hangs."""
+    drive = network.drive
+    return [i for i, own in enumerate(drive.free_spans) if not hanging or drive.route[own.route].speed]
 
 
 def range_limit(network: Network, listed: Sequence[Mode], straight: Collection[int]) -> str | None:
@@ -209,7 +209,7 @@ def range_limit(network: Network, listed: Sequence[Mode], straight: Collection[i
 
 def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
     """Warnings that touch a list of a machine with routes; ``hanging``: whether its ropes sag."""
-    _, straight = _hung(network, hanging)
+    straight = _straight(network, hanging)
     yield from unheld_words(network.motion, network.statics)
     for number, route in enumerate(network.drive.route):
         spans = [i for i, span in enumerate(network.drive.free_spans) if span.route == number]
@@ -236,59 +236,36 @@ def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
             )
 
 
-def hanging_limit(network: Network, elements: Mapping[int, Element], listed: Sequence[Mode]) -> str | None:
-    """Why a list with hanging ropes is not certified although the count agrees; None where it is.
+def tangent_limit(network: ModalNetwork, listed: Sequence[Mode]) -> str | None:
+    """Why a list of ropes that sag is not certified: their tangent points stay those of straight ropes.
 
-    ``elements``: by the number of their piece.
+    A section that grows by a share of its length lowers a mode by that times its share of the strain energy.
     """
-    lifted = _lifted(network, elements)
-    if lifted is not None:
-        return lifted
-    names = [span.name for span in network.drive.free_spans]
-    errors: dict[str, float] = {}
-    for piece, element in elements.items():
-        span = names[network.pieces[piece].span]
-        assert element.hanging is not None
-        errors[span] = max(slope_error(element.hanging, element.tension), errors.get(span, 0.0))
-    for mode in listed:
-        shares = mode.strain_shares
-        parts = {
-            span: error * min(1.0, sum(shares.get(f"{span}, {way}", 0.0) for way in (ALONG, ACROSS)))
-            for span, error in errors.items()
-        }
-        if sum(parts.values()) > ALLOWED:
-            span = max(parts, key=lambda name: parts[name])
+    longer: dict[tuple[str, tuple[float, float]], float] = {}
+    for rope in network.ropes:
+        piece = network.pieces[rope.tags[0][0]]
+        key = piece.span, piece.section
+        longer[key] = longer.get(key, 0.0) + rope.moved / (piece.section[1] - piece.section[0])
+    for mode in listed if max(longer.values(), default=0.0) > ALLOWED else ():
+        shares = (share * longer.get((span, own), 0.0) for (span, _, own), share in mode.places.items())
+        if (error := sum(shares)) > ALLOWED:
             return (
-                f"span {span} sags so deep that shallow sag errs by up to {sum(parts.values()):.2g} of the "
-                f"mode at {mode.frequency:.5g} Hz, more than {ALLOWED:g}: raise the pretension"
+                "sag moves the points where ropes leave their pulleys, which is left out, and the mode at "
+                f"{mode.frequency:.5g} Hz by about {error:.2g} of it, more than {ALLOWED:g}: raise the "
+                "pretension"
             )
     return None
 
 
-def slope_error(hanging: Piece, tension: float) -> float:
-    r"""Relative error of a frequency by shallow sag, an estimate: :math:`\theta^2 + \min(g, 1)\,T/EA`.
-
-    :math:`\theta` is the steepest slope against the chord, :math:`g = \sqrt 8\,\lambda/\pi^2` the coupling of
-    motion along and across, which the tension at rest changes by T/EA of it. Against cables divided about
-    their catenaries, 100 random machines, the largest error found is 0.56 of it.
-    """
-    coupling = np.sqrt(8.0 * hanging.irvine) / np.pi**2
-    strain = tension / hanging.rope.axial_rigidity
-    return float(np.abs(hanging.end_slopes).max() ** 2 + min(coupling, 1.0) * strain)
-
-
-def _lifted(network: Network, elements: Mapping[int, Element]) -> str | None:
+def _lifted(network: Network) -> str | None:
     """Why a rope does not lie on a pulley: sag turns it, at both its ends together, by more than it wraps."""
     drive = network.drive
     left = {i: span.wrap for i, span in enumerate(drive.free_spans) if span.wrap is not None}
-    for number, element in elements.items():
-        piece = network.pieces[number]
-        assert element.hanging is not None
-        near, far = element.hanging.end_slopes.tolist()
-        for start, slope in ((True, near), (False, -far)):
+    for piece in network.pieces:
+        for start, (along, across) in ((True, piece.rest.force), (False, piece.rest.end_force)):
             place, wrap = piece.place(start), wrap_at(drive, piece.span, start)
-            if place is not None and wrap is not None:
-                left[wrap[0]] += place.sense * slope
+            if place is not None and wrap is not None and not piece.route.speed:
+                left[wrap[0]] += (place.sense if start else -place.sense) * across / along
     for number, wrapped in left.items():
         span = drive.free_spans[number]
         if wrapped < 0.0:
@@ -297,3 +274,12 @@ def _lifted(network: Network, elements: Mapping[int, Element]) -> str | None:
                 f"its wrap of {np.degrees(span.wrap or 0.0):.3g} deg: raise the pretension"
             )
     return None
+
+
+def irvine_parameters(network: Network) -> Array:
+    r"""Irvine's :math:`\lambda^2` of each free span at rest, the largest of its sections, shape (spans,)."""
+    irvine = np.zeros(len(network.drive.free_spans))
+    for own in network.sections:
+        here = own[0].span
+        irvine[here] = max(irvine[here], sag_parameter([piece.rest for piece in own]))
+    return irvine

@@ -1,15 +1,13 @@
 """A machine with routes as the network of its modes."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
-from cabledrive.mechanics.network.hanging import hanging_elements
-from cabledrive.mechanics.network.pieces import Element, carriage_at, element_of
+from cabledrive.mechanics.network.pieces import Piece, carriage_at, lift_off
 from cabledrive.modal.component import Fixed
-from cabledrive.modal.elements import ACROSS, ALONG, Rope, Row, Tag, Wave
+from cabledrive.modal.elements import ACROSS, OUT, Rope, Row, Wave
 from cabledrive.modal.networks import ModalNetwork, PieceOfSpan
+from cabledrive.modal.pieces import End, parts_of_piece, straight_above
 from cabledrive.modal.rows import MASS, SPRING, Array
 
 
@@ -17,21 +15,18 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
     """A machine with routes, its rows and statics those of `cabledrive.mechanics.network`.
 
     ``hanging``: whether ropes sag, else they are straight; ``even``: all are straight strings of even tension
-    without bending stiffness, as the frequency response takes them.
+    without bending stiffness, as the frequency response takes them, and as ropes are that run.
     """
     drive, motion = net.drive, net.motion
-    hung = hanging_elements(net) if hanging and not even else {}
+    edges = _edges(net) if hanging else [0.0] * len(net.pieces)
     names, slopes = list(motion.names), dict[str, int]()
-    waves: list[Wave] = []
-    ropes: list[Rope] = []
+    parts: list[Wave | Rope] = []
 
-    def slope(number: int, way: str, start: bool) -> Row:
+    def slope(piece: Piece, way: str, start: bool) -> Row:
         """Slope of a beam at its end: zero on a pulley and at what is guided, the body's at an anchor."""
-        piece = net.pieces[number]
-        here = piece.start if start else piece.end
         place = piece.place(start)
         if place is None:
-            carriage = carriage_at(drive, piece.span, here)
+            carriage = carriage_at(drive, piece, start=start)
             name = motion.carriage_name(carriage)
             if drive.carriage[carriage].guided or name in motion.hold:
                 return ()
@@ -43,24 +38,25 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
         turns = place.sense == 0 and way == ACROSS
         return _sparse(motion.rotation(motion.body_of(place))) if turns else ()
 
+    def end(piece: Piece, start: bool) -> End:
+        moves = [_sparse(piece.rows[way][not start]) for way in DIRECTIONS]
+        place, bends = piece.place(start), bool(piece.rope.bending_stiffness)
+        return End(
+            moves,
+            (slope(piece, ACROSS, start), slope(piece, OUT, start)) if bends else ((), ()),
+            lift_off(drive, piece, start=start) if bends else 0.0,
+            0.0 if place is None else place.radius,
+        )
+
     for number, piece in enumerate(net.pieces):
-        for link, way in enumerate(DIRECTIONS, start=3 * number):
-            if number in hung and way == ALONG:
-                continue
-            element = hung.get(number) if way == ACROSS else None
-            if element is None and not even:
-                element = element_of(drive, piece, way)
-            ways = (ALONG, ACROSS) if number in hung and way == ACROSS else (way,)
-            ends = [[_sparse(piece.rows[own][side]) for own in ways] for side in (0, 1)]
-            count = int(net.ropes[link])
-            if element is None:
-                wave = net.impedance[link], net.time[link], (number, way), net.lag[link], count
-                waves.append(Wave(ends[0][0], ends[1][0], *wave))
-                continue
-            if element.bending:
-                ends[0].append(slope(number, way, True))
-                ends[1].append(slope(number, way, False))
-            ropes.append(_rope(element, ends, tuple((number, own) for own in ways), count))
+        if even or piece.route.speed:
+            for link, way in enumerate(DIRECTIONS, start=3 * number):
+                ends = [_sparse(row) for row in piece.rows[way]]
+                wave = net.impedance[link], net.time[link], (number, way), net.lag[link], int(net.ropes[link])
+                parts.append(Wave(ends[0], ends[1], *wave))
+            continue
+        rope = piece.rope.density, piece.rope.bending_stiffness or 0.0, piece.route.ropes
+        parts += parts_of_piece(number, piece.rest, rope, end(piece, True), end(piece, False), edges[number])
     fixed = [Fixed(MASS, float(m), _sparse(row)) for m, row, _ in zip(*net.masses, strict=True)]
     fixed += [Fixed(SPRING, float(k), _sparse(row), name) for k, row, name in zip(*net.springs, strict=True)]
     if net.geometric.any():
@@ -76,50 +72,22 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
             PieceOfSpan(piece.where.name, piece.start, piece.end, (0.0, piece.where.length))
             for piece in net.pieces
         ),
-        waves=tuple(waves),
-        ropes=tuple(ropes),
+        waves=tuple(part for part in parts if isinstance(part, Wave)),
+        ropes=tuple(part for part in parts if isinstance(part, Rope)),
         fixed=tuple(fixed),
         by_span=True,
     )
 
 
+def _edges(net: Network) -> list[float]:
+    """Frequency above which each piece is straight [rad/s]; 0: it does not sag, or it runs."""
+    found: list[float] = []
+    for own in net.sections:
+        rope, runs = own[0].rope, bool(own[0].route.speed)
+        edge = 0.0 if runs else straight_above([piece.rest for piece in own], rope.density)
+        found += [edge] * len(own)
+    return found
+
+
 def _sparse(row: Array, least: float = 0.0) -> Row:
     return tuple((int(i), float(row[i])) for i in np.flatnonzero(np.abs(row) > least))
-
-
-def _rope(element: Element, ends: list[list[Row]], tags: tuple[Tag, ...], ropes: int) -> Rope:
-    """An element of a route, in metres under tension."""
-    force = _Force(element)
-    return Rope(
-        tuple(ends[0]),
-        tuple(ends[1]),
-        element.length,
-        force,
-        element.density / element.stretch,
-        tags,
-        direction=force.direction if element.hanging else None,
-        pull=element.axial_rigidity * element.stretch,
-        bend=element.bending,
-        ropes=ropes,
-        longer=element.length / element.along if element.hanging else 1.0,
-        before=element.before,
-    )
-
-
-@dataclass(frozen=True)
-class _Force:
-    """The force in an element, by the distance from its start under tension; equal where elements are."""
-
-    element: Element
-
-    def __call__(self, x: Array) -> Array:
-        """R = T/(1 + T/EA), of a metre under tension [N]."""
-        own = self.element
-        tension = own.tension_at(np.asarray(x))
-        return np.asarray(tension * own.stretch / (1.0 + tension / own.axial_rigidity))
-
-    def direction(self, x: Array) -> tuple[Array, Array]:
-        """Cosine and sine against the chord."""
-        assert self.element.hanging is not None
-        slope = self.element.hanging.slope(x - self.element.before)
-        return 1.0 / np.sqrt(1.0 + slope**2), slope / np.sqrt(1.0 + slope**2)

@@ -172,7 +172,7 @@ class Shape:
             if piece.span != span or way not in [own for _, own in rope.tags]:
                 continue
             here = (positions >= piece.start - _EDGE) & (positions <= piece.end + _EDGE)
-            share = (positions[here] - piece.start + rope.before) / rope.length
+            share = np.interp(positions[here], (piece.start, piece.end), rope.inside)
             ends = self.cut.rope_ends(number, self._natural)
             out[:, here] = segments.displacement(omega, ends, share)[way != ALONG]
         return out

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import HOLDING
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, condition
-from cabledrive.mechanics.network.pieces import Piece, pieces_of
+from cabledrive.mechanics.network.pieces import Piece, carriage_at, pieces_of
 from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, statics_of
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
@@ -88,6 +88,16 @@ class Network:
             part = (a.T * (share * rope)) @ b
             matrix = matrix + (part + part.T) / (2.0 if a is b else 1.0)
         return np.asarray(matrix)
+
+    @property
+    def sections(self) -> list[list[Piece]]:
+        """Pieces in order, parted at the ends of spans and at carriages that are guided."""
+        found: list[list[Piece]] = []
+        for piece in self.pieces:
+            held = piece.start == 0.0 or self.drive.carriage[carriage_at(self.drive, piece)].guided
+            found += [[piece]] if held else []
+            found[-1] += [] if held else [piece]
+        return found
 
     @property
     def stretch(self) -> Array:
@@ -161,10 +171,9 @@ def waves_of_piece(piece: Piece, direction: str) -> tuple[float, float, float]:
 
     Across, the tension counts by the travel time of a string in which it changes evenly.
     """
-    rope, route = piece.rope, piece.route
+    rope, route, length = piece.rope, piece.route, piece.rest.length
     tension = (0.5 * (sqrt(piece.start_tension) + sqrt(piece.end_tension))) ** 2
     stretch = 1.0 + tension / rope.axial_rigidity
-    length = piece.length / stretch
     rigidity = rope.axial_rigidity if direction == ALONG else tension / stretch
     c, v = sqrt(rigidity / rope.density), route.speed / stretch
     z = sqrt(rigidity * rope.density)

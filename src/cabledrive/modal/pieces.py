@@ -1,0 +1,172 @@
+r"""A piece of rope between two joints, about its rest, as the waves and ropes of a network of modes.
+
+A rope of bending stiffness EI leaves a pulley of radius r where its curvature has grown to 1/r, and is
+clamped there (`cabledrive.mechanics.network.pieces.lift_off`). Sag turns a rope by :math:`\theta` at a pulley
+and moves the point where it leaves that by :math:`r\theta`, which is left out.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import ceil, pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cabledrive.mechanics.network.rest_forces import PLACES, SHARES, RestingStretch
+from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
+from cabledrive.modal.rows import Array
+
+DIRECTIONS = (ALONG, ACROSS, OUT)
+EVEN = 5e-6
+"""Change of the tension along a piece, relative, below which it is even."""
+
+COUPLED = 1e-4
+"""Largest relative shift of two modes along and across that meet, by sag above its edge."""
+
+CURVED = 5e-3
+"""Largest square of the ring frequency of a curved rope over that of its edge."""
+
+
+class End(NamedTuple):
+    """One end of a piece.
+
+    ``moves``: rows along, across and out of plane; ``turns``: slopes of a beam across and out of plane;
+    ``lift``: rope beyond the tangent point that bending lifts off [m]; ``radius``: of its pulley [m].
+    """
+
+    moves: Sequence[Row]
+    turns: tuple[Row, Row] = ((), ())
+    lift: float = 0.0
+    radius: float = 0.0
+
+
+def parts_of_piece(
+    number: int,
+    rest: RestingStretch,
+    rope: tuple[float, float, int],
+    near: End,
+    far: End,
+    edge: float,
+) -> list[Wave | Rope]:
+    """A piece in all its directions, by unstretched lengths.
+
+    ``rope``: mass per metre [kg/m], bending stiffness [N m^2], how many side by side; ``edge``: where sag
+    moves no mode any more [rad/s], 0: nowhere any.
+    """
+    density, bending, ropes = rope
+    length, rigidity = rest.length, rest.axial_rigidity
+    first, last = (1.0 + tension / rigidity for tension in rest.tensions)
+    before, after = near.lift / first, far.lift / last
+    whole = before + length + after
+    z = sqrt(rigidity * density)
+    along = Wave(near.moves[0], far.moves[0], z, length * density / z, (number, ALONG), ropes=ropes)
+    hold, direction = _force_of(rest, before)
+    even, time = True, 0.0
+    if rest.straight and rest.load[0] == 0.0:
+        tension = rest.tensions[0]
+        time = length * sqrt(density * (1.0 + tension / rigidity) / tension)
+    else:
+        held = rest.tension_at(rest.start + np.linspace(0.0, length, 9))
+        even = bool(np.ptp(held) <= EVEN * held.min())
+        time = sqrt(density) * rest.travel_time
+
+    def rows(end: End, *ways: int) -> tuple[Row, ...]:
+        return (*(end.moves[i] for i in ways), *([end.turns[ways[-1] - 1]] if bending else ()))
+
+    def string(*ways: int) -> Rope:
+        return Rope(
+            rows(near, *ways),
+            rows(far, *ways),
+            length=whole,
+            hold=hold,
+            density=density,
+            tags=tuple((number, DIRECTIONS[i]) for i in ways),
+            bend=bending / (0.5 * (first + last)) ** 3,
+            ropes=ropes,
+            inside=(before / whole, (before + length) / whole),
+        )
+
+    def across(i: int) -> Wave | Rope:
+        if bending or not even:
+            return string(i)
+        tag = number, DIRECTIONS[i]
+        return Wave(near.moves[i], far.moves[i], density * length / time, time, tag, ropes=ropes)
+
+    if not edge:
+        return [across(2), along, across(1)]
+    hanging = replace(
+        string(0, 1),
+        direction=direction,
+        pull=rigidity,
+        longer=whole / length,
+        straight=(_curved(along, rest), across(1)),
+        edge=edge,
+        moved=sum(
+            end.radius * abs(across / along)
+            for end, (along, across) in ((near, rest.force), (far, rest.end_force))
+        ),
+    )
+    return [across(2), hanging]
+
+
+def _curved(along: Wave, rest: RestingStretch) -> Wave:
+    """The wave along a stretch that sags, far above its ring frequency."""
+    force = np.transpose((rest.force, rest.end_force))
+    turned = np.diff(np.arctan2(force[1], force[0]))[0]
+    cosine = force[0] / np.hypot(*force)
+    start, end = (
+        tuple((c, v * float(one)) for c, v in row)
+        for row, one in zip((along.start, along.end), cosine, strict=True)
+    )
+    return replace(along, start=start, end=end, ring=abs(float(turned)) / along.time)
+
+
+def _force_of(rest: RestingStretch, before: float) -> tuple[Callable[[Array], Array], Callable[[Array], Any]]:
+    """R = T/(1 + T/EA) [N], and cosine and sine of the direction, by the distance from where the rope starts.
+
+    ``before``: from there to the start of the stretch [m].
+    """
+
+    def hold(x: Array) -> Array:
+        tension = rest.tension_at(rest.start - before + np.ravel(x)).reshape(np.shape(x))
+        return np.asarray(tension / (1.0 + tension / rest.axial_rigidity))
+
+    def direction(x: Array) -> tuple[Array, Array]:
+        along, across = rest.force_at(rest.start - before + np.ravel(x)).reshape(2, *np.shape(x))
+        tension = np.hypot(along, across)
+        return along / tension, across / tension
+
+    return hold, direction
+
+
+def sag_parameter(stretches: Sequence[RestingStretch]) -> float:
+    r"""Irvine's parameter of rope between held places, with any weights: 12 EA/T times the mean of sin^2.
+
+    .. math:: \lambda^2 = \frac{12\,EA}{\bar T}\,\overline{\sin^2\theta}
+
+    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`.
+    """
+    square = tension = 0.0
+    for stretch in stretches:
+        along, across = stretch.force_at(stretch.start + stretch.length * PLACES)
+        share = stretch.length / (stretches[-1].end - stretches[0].start)
+        square += share * float(SHARES @ (across**2 / (along**2 + across**2)))
+        tension += share * stretch.mean_tension
+    return 12.0 * stretches[0].axial_rigidity / tension * square
+
+
+def straight_above(stretches: Sequence[RestingStretch], density: float) -> float:
+    r"""Frequency above which sag moves no mode of a section by more than `COUPLED` [rad/s]; 0: none at all.
+
+    The n-th wave across and a mode along that meet part by half of :math:`\sqrt 8\,\lambda/(n\pi)^2` of their
+    frequency; else waves across move by half the square of this. Of the curvature, which raises modes along
+    by half of :math:`(\omega_r/\omega)^2 = \lambda^2/(n\pi)^2`, what waves leave out is the square of this.
+    """
+    if all(own.straight for own in stretches):
+        return 0.0
+    irvine = sag_parameter(stretches)
+    number = max(sqrt(sqrt(8.0 * irvine) / (2.0 * COUPLED)), sqrt(irvine / CURVED)) / pi
+    if number < 1.0:
+        return 0.0
+    time = sqrt(density) * sum(own.travel_time for own in stretches)
+    return (ceil(number) + 2 * len(stretches) - 1.5) * pi / time
