@@ -15,6 +15,8 @@ from cabledrive.mechanics import rest_state
 from cabledrive.parameters import Cable, Carriage, Drive, Layout, Pulley
 
 DEGREE, GRAVITY = 5, 9.81
+SMALL = 1e-5
+"""Radius of a pulley that sag leaves at the tangent point of a straight rope [m]."""
 
 
 def _basis(degree):
@@ -207,7 +209,7 @@ def random_machine(rng, *, vertical=False, heaviest=1.0, most=2, deepest=0.2):
             )
             for i in range(rng.integers(0, most + 1))
         )
-        rim = weight / GRAVITY * 10 ** rng.uniform(-0.5, 2) * 0.01
+        rim = weight / GRAVITY * 10 ** rng.uniform(-0.5, 2) * SMALL**2
         drive = Drive(
             schema=1,
             name="machine",
@@ -220,8 +222,8 @@ def random_machine(rng, *, vertical=False, heaviest=1.0, most=2, deepest=0.2):
             ),
             layout=Layout(span_length=length, inclination=radians(slope), gravity=GRAVITY),
             pulley=(
-                Pulley(radius=0.1, inertia=rim),
-                Pulley(radius=0.1, inertia=rim * 10 ** rng.uniform(-1, 1), fixed=bool(rng.integers(2))),
+                Pulley(radius=SMALL, inertia=rim),
+                Pulley(radius=SMALL, inertia=rim * 10 ** rng.uniform(-1, 1), fixed=bool(rng.integers(2))),
             ),
             carriage=carriages,
         )

@@ -110,12 +110,12 @@ def test_no_command_fails(name, machine, tmp_path, monkeypatch):
     assert result.exit_code == 0 or the_line(result.stderr)
 
 
-WORDS = "sag, which is left out, couples motion along and across"
+WORDS = "sag, which is left out, moves the mode at"
 
 
-@pytest.mark.parametrize(("pretension", "doubted"), [("4 N", True), ("30 N", False)])
+@pytest.mark.parametrize(("pretension", "doubted"), [("2 N", True), ("30 N", False)])
 def test_the_chain_of_an_axis_says_that_sag_moves_its_mode(pretension, doubted):
-    """At 4 N the belt's first mode is 190 Hz, among the waves across its spans; `modes` takes sag in."""
+    """At 2 N the belt's first mode is 190 Hz, among the waves across its spans; `modes` takes sag in."""
     loose = [f"cable.pretension={pretension}", "layout.gravity=9.81"]
     drive = cd.load_drive("printer-idlers", overrides=loose)
     axis = as_axis(drive)

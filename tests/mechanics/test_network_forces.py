@@ -9,11 +9,10 @@ import pytest
 import cabledrive as cd
 from cable_elements import random_machine
 from cabledrive.mechanics.network import network_of, statics_of
-from cabledrive.mechanics.network.hanging import hanging_elements, irvine_parameters
-from cabledrive.mechanics.network.pieces import straight_element
 from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
+from cabledrive.modal.ranges import irvine_parameters
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
 from oracles.network_fem import matrices
@@ -146,28 +145,6 @@ def test_a_stiff_rope_that_passes_a_small_angle_is_bent_less_than_its_pulley_is(
     drive = cd.load_drive("tendon-finger", overrides=["cable.least_radius=1", "cable.bending_stiffness=0.01"])
     for row in pulley_rows(drive, statics_of(drive)):
         assert row["bend_ratio"] == pytest.approx(2.0 / (row["wrap"] * np.sqrt(20.0 / 0.01)), rel=1e-6)
-
-
-def test_a_rope_that_hangs_leaves_its_wheels_by_radius_times_slope():
-    """What the slope of the sag at a wheel takes off its wrap, or adds to it, is free to vibrate as well."""
-    network = network_of(cd.load_drive("camera-winches"))
-    found = hanging_elements(network)
-    assert found
-    for number, element in found.items():
-        piece = network.pieces[number]
-        straight = straight_element(network.drive, piece)
-        slopes = [
-            across / along
-            for along, across in (
-                piece.rest.force_at(np.array([x]))[:, 0] for x in (piece.rest.start, piece.rest.end)
-            )
-        ]
-        before, after = (
-            0.0 if (place := piece.place(start)) is None else -sign * place.sense * place.radius * slope
-            for start, sign, slope in ((True, 1.0, slopes[0]), (False, -1.0, slopes[1]))
-        )
-        assert element.before - straight.before == pytest.approx(before, rel=1e-6, abs=1e-12)
-        assert element.length - straight.length == pytest.approx(before + after, rel=1e-6, abs=1e-12)
 
 
 CAR = """

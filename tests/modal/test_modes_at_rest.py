@@ -20,9 +20,10 @@ from cabledrive.mechanics.mesh import gradients, mesh_of
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
-from cabledrive.modal.networks import sag_parameter
+from cabledrive.modal.pieces import sag_parameter
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotComputed, Pulley, packaged_drives
+from cabledrive.parameters.route.two_pulleys import as_machine
 
 G = 9.81
 HELD = (Pulley(radius=0.1, inertia=0.01, fixed=True),) * 2
@@ -150,9 +151,22 @@ def test_level_line_has_the_symmetric_modes_of_irvine_and_caughey(stiffness):
     (section,) = rest_state(drive).sections
     found = across(drive, "w", 6)
     string = across(drive, "v", 1)[0]
-    symmetric = np.array(irvine_roots(sag_parameter(section))) / pi
+    symmetric = np.array(irvine_roots(sag_parameter(section.stretches))) / pi
     expected = string * np.sort([*symmetric, 2.0, 4.0, 6.0])[:6]
     assert_allclose(found, expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["camera-line", "elevator", "linear-axis", "printer-belt", "ropeway"])
+def test_the_same_machine_written_as_a_route_has_the_same_modes(name):
+    """Of ropes that sag, by slopes to 10 %, and under weights along them."""
+    drive = cd.load_drive(name)
+    loop, route = (cd.modes(one, count=10) for one in (drive, as_machine(drive)))
+    own, other = (
+        np.repeat([m.frequency for m in found.modes], [m.multiplicity for m in found.modes])
+        for found in (loop, route)
+    )
+    assert_allclose(other, own, rtol=1e-12)
+    assert loop.certificate.count == route.certificate.count
 
 
 def test_steady_torque_tunes_the_two_spans_apart():

@@ -44,8 +44,7 @@ class HangingRope:
 
     Rows of the motion of its start, then of its end: along, across and, with EI, slope.
     ``length`` and ``bending`` under tension, ``density`` and ``rigidity`` per unstretched length; ``load``
-    across per length, ``shear`` at the start; ``begin``: where it starts, from the place of that
-    shear; ``span``: the length over which its tension changes.
+    across per length, ``shear`` at the start.
     """
 
     rows: np.ndarray
@@ -57,13 +56,10 @@ class HangingRope:
     shear: float
     load: float
     ropes: int = 1
-    begin: float = 0.0
-    span: float | None = None
 
     def tension_at(self, x):
         """Tension at a place from its start."""
-        share = (x + self.begin) / (self.span or self.length)
-        return self.tension[0] + (self.tension[1] - self.tension[0]) * share
+        return self.tension[0] + (self.tension[1] - self.tension[0]) * x / self.length
 
     @property
     def stretch(self):
@@ -77,7 +73,7 @@ class HangingRope:
 
     def slope(self, x):
         """Slope at rest."""
-        return (self.shear - self.load * (x + self.begin)) / self.tension_at(x)
+        return (self.shear - self.load * x) / self.tension_at(x)
 
     def matrices(self, elements, degree):
         """Mass and stiffness, the motions of its ends first, as in its rows."""

@@ -184,17 +184,13 @@ def system(drive, tensions):
         growth = (end - start) / tension
         for (low, left, turn), (high, right, turned) in pairwise(cuts):
             stretch = 1 + tension / rope.axial_rigidity
-            unstretched = (high - low) / stretch
+            unstretched, steep = (high - low) / stretch, (end - start) / length
             weight = rope.density / stretch * gravity @ np.array([-along[1], along[0]])
             sags = (weight * length / tension) ** 2 * rope.axial_rigidity / tension > STRAIGHT
             if sags:
                 assert not drive.carriage
                 assert not rope.bending_stiffness
-                hanging.append(
-                    hanging_rope(
-                        rope, (start, end), weight, length, (first, last), (left, right), route.ropes
-                    )
-                )
+                hanging.append(hanging_rope(rope, (start, end), weight, length, (left, right), route.ropes))
             for way in range(2 if sags else 0, 3):
                 if way and rope.bending_stiffness:
                     beyond = [
@@ -212,7 +208,7 @@ def system(drive, tensions):
                             high - low + sum(beyond),
                             rope.density / stretch,
                             rope.bending_stiffness,
-                            (start, end),
+                            (start - steep * beyond[0], end + steep * beyond[1]),
                             route.ropes,
                         )
                     )
@@ -242,9 +238,9 @@ def system(drive, tensions):
     return strings, beams, hanging, mass[square], stiffness[square]
 
 
-def hanging_rope(rope, tension, weight, length, places, ends, ropes):
-    """A span of shallow sag; on wheels it leaves by radius times slope before the point of a straight one."""
-    own = HangingRope(
+def hanging_rope(rope, tension, weight, length, ends, ropes):
+    """A span of shallow sag between the tangent points of a straight one."""
+    return HangingRope(
         np.vstack([row[:2] for row in ends]),
         length,
         rope.density,
@@ -255,9 +251,6 @@ def hanging_rope(rope, tension, weight, length, places, ends, ropes):
         weight,
         ropes,
     )
-    turned = [own.shear / tension[0], (own.shear - weight * length) / tension[1]]
-    before, after = -places[0][2] * turned[0], places[1][2] * turned[1]
-    return replace(own, length=before + length + after, begin=-before, span=length)
 
 
 def lift_off(drive, frames, span, at_start, square):

@@ -14,7 +14,15 @@ from cabledrive.mechanics.warnings import warnings_of_rest
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Modes
 from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import check_torque, network_of_chain, network_of_drive, slack_line
-from cabledrive.modal.ranges import INCOMPLETE, route_limit, route_range_warnings, tangent_limit
+from cabledrive.modal.ranges import (
+    ALLOWED,
+    INCOMPLETE,
+    lifted_limit,
+    range_limit,
+    route_range_warnings,
+    tangent_limit,
+    turned_at_pulleys,
+)
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
@@ -26,6 +34,8 @@ DEFAULT_COUNT = 10
 MOST_MODES = 20_000
 MOST_CHECKED = 2_000
 """Modes of straight ropes among which those are looked for that sag moves."""
+BEYOND = 1.5
+"""Times the highest of them, up to where the same modes of ropes that hang are looked for."""
 LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
 
 
@@ -162,12 +172,40 @@ def straight_limit(network: Network, below: float, *, kind: str | None = None) -
         said = f"straight ropes: {number} modes below {below / (2 * pi):.4g} Hz, more than {MOST_CHECKED}"
         return f"{said}: whether sag moves one was not checked"
     listed = [mode for mode in spectrum.below(below) if kind in (None, mode.kind)]
-    return route_limit(network, listed, spectrum, hanging=False)
+    return range_limit(network, listed) or _moved_by_sag(network, listed, spectrum)
+
+
+def _moved_by_sag(network: Network, listed: Sequence[Mode], spectrum: Spectrum) -> str | None:
+    """Why a list of straight ropes, part of a spectrum, is in doubt: where ropes hang a mode is elsewhere."""
+    hanging = Spectrum(network_of_routes(network))
+    edges, highest = hanging.network.edges, max((mode.frequency for mode in listed), default=0.0)
+    if not edges:
+        return None
+    top = min(2 * pi * highest * (1.0 + ENCLOSURE), edges[-1])
+    straight, truth = (
+        np.repeat([m.frequency for m in found], [m.multiplicity for m in found])
+        for found in (spectrum.below(top), hanging.below(BEYOND * top))
+    )
+    truth = np.append(truth, np.full(straight.size, np.inf))[: straight.size]
+    moved = dict(zip(straight.tolist(), np.abs(truth / straight - 1.0).tolist(), strict=True))
+    worst = max(listed, key=lambda mode: moved.get(mode.frequency, 0.0))
+    error = moved.get(worst.frequency, 0.0)
+    if error <= ALLOWED:
+        return None
+    return (
+        f"sag, which is left out, moves the mode at {worst.frequency:.5g} Hz by {error:.2g} of it, more "
+        f"than {ALLOWED:g}: raise the pretension"
+    )
 
 
 def _of_routes(listed: Modes, spectrum: Spectrum, network: Network, *, hanging: bool = True) -> Modes:
     """A list of a machine with routes, certified where its models hold."""
-    limit = route_limit(network, listed.modes, spectrum, hanging=hanging)
+    limit = range_limit(network, listed.modes)
+    if hanging:
+        turned = turned_at_pulleys(network)
+        limit = lifted_limit(network) or tangent_limit(spectrum.network, listed.modes, turned) or limit
+    else:
+        limit = limit or _moved_by_sag(network, listed.modes, spectrum)
     return replace(
         listed,
         certified=listed.certified and limit is None,
