@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from cabledrive.mechanics import derived_quantities, drive_warnings
 from cabledrive.mechanics.datasheet import no_slip_torque
-from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, span_stiffness
+from cabledrive.mechanics.holding import lumped_joint_mode, span_stiffness
+from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters import Carriage, InputRefused, Layout, load_drive, packaged_drives
 from drive_strategies import drives
 from oracles.catenary import catenary_sag

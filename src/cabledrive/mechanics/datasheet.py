@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.holding import lumped_cable_mode, lumped_joint_mode, shafts_of
+from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
 from cabledrive.mechanics.network.rest_forces import irvine_parameter
 from cabledrive.mechanics.rest import rest_state
+from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described, figure
 from cabledrive.parameters.route.drive import require_two_pulleys

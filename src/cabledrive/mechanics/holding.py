@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import sqrt
 
 import numpy as np
@@ -162,57 +161,6 @@ def modal_losses(drive: Drive, rims: Array, squares: Array) -> Array:
     viscous = [(b, rims @ way) for b, _, way in shaft_frictions(drive)]
     own = np.diag(drive.cable.axial_damping / drive.cable.axial_rigidity * cable)
     return np.asarray(sum((b * np.outer(shape, shape) for b, shape in viscous), own))
-
-
-_DENSE = 400  # masses up to which the matrix is solved as a dense one
-
-
-def lumped_cable_mode(drive: Drive) -> float | None:
-    r"""Lowest frequency of pulleys and carriages on a cable without mass, the motor joint taken as rigid.
-
-    The lowest eigenvalue above the rigid motion of the masses on springs k L / l between neighbours; k of a
-    span is that of ``[lumped]`` where given, else EA/L; the rotor's holding stiffness is one to the ground.
-
-    Returns angular frequency [rad/s]; None if nothing can move.
-    """
-    from scipy.sparse import csc_array, diags_array
-    from scipy.sparse.linalg import eigsh
-
-    driven = drive.drive_pulley.rim_mass
-    driven += drive.motor.inertia / drive.drive_pulley.radius**2 if drive.motor else 0.0
-    pulleys = zip(drive.pulley, (driven, drive.load_pulley.rim_mass), strict=True)
-    masses = [np.inf if pulley.fixed else mass for pulley, mass in pulleys]
-    ends: list[tuple[int, int]] = []
-    stiffness: list[float] = []
-    for span in drive.spans:
-        carriages = drive.carriages_on(span)
-        order = [*range(len(masses), len(masses) + len(carriages))]
-        masses += [carriage.mass for carriage in carriages]
-        places = [0.0, *(carriage.position for carriage in carriages), drive.span_length]
-        ends += pairwise([0, *order, 1] if span == "upper" else [1, *order, 0])
-        stiffness += [span_stiffness(drive) * drive.span_length / (b - a) for a, b in pairwise(places)]
-    ground = 0.0
-    if motor_condition(drive) == HOLDING and drive.motor is not None:
-        ground = (drive.motor.holding_stiffness or 0.0) / drive.drive_pulley.radius**2
-    moving = np.flatnonzero(np.isfinite(masses))
-    rigid = int(moving.size == len(masses) and ground == 0.0)
-    if moving.size <= rigid:
-        return None
-    links = np.arange(len(ends))
-    near, far = np.array(ends).T
-    entries = np.concatenate((np.ones(links.size), -np.ones(links.size)))
-    places_of = np.concatenate((links, links)), np.concatenate((near, far))
-    shape = links.size, len(masses)
-    rows = csc_array((entries, places_of), shape)[:, moving] * (1.0 / np.sqrt(np.array(masses)[moving]))
-    held = np.where(moving == 0, ground / masses[0], 0.0)
-    matrix = rows.T @ diags_array(np.array(stiffness)) @ rows + diags_array(held)
-    if moving.size <= _DENSE:
-        squares = np.linalg.eigvalsh(matrix.toarray())
-    else:  # a shift below all of them, so that it is never singular
-        below = -1e-6 * float(matrix.max()) / moving.size**2
-        start = np.ones(moving.size)
-        squares = np.sort(eigsh(matrix, rigid + 1, sigma=below, v0=start, return_eigenvectors=False))
-    return sqrt(max(float(squares[rigid]), 0.0))
 
 
 def lumped_joint_mode(drive: Drive) -> float | None:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from cabledrive.mechanics.holding import (
     PULLEYS,
     held_joints,
     motor_condition,
+    span_stiffness,
 )
 from cabledrive.mechanics.rest import RestingSection, RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
@@ -79,6 +81,36 @@ def rigid_mass(drive: Drive) -> float:
     """Mass at the rim of everything that moves when a drive without held parts turns [kg]."""
     (labelled,) = longitudinal_chains(drive)
     return float(labelled.chain.all_masses.sum() + labelled.chain.cable_mass)
+
+
+def lumped_cable_mode(drive: Drive) -> float | None:
+    r"""Lowest frequency of pulleys and carriages on a cable without mass, the motor joint taken as rigid.
+
+    The lowest eigenvalue above the rigid motion of the masses on springs k L / l between neighbours; k of a
+    span is that of ``[lumped]`` where given, else EA/L; the rotor's holding stiffness is one to the ground.
+
+    Returns angular frequency [rad/s]; None if nothing can move.
+    """
+    from scipy.linalg import eigh
+
+    if drive.motor is not None:
+        drive = replace(drive, motor=replace(drive.motor, joint_stiffness=None))
+    found = []
+    for chain in (own.chain for own in longitudinal_chains(drive)):
+        links, masses = np.arange(chain.lengths.size), chain.masses
+        rows = np.zeros((links.size, masses.size))
+        rows[links, links] += 1.0
+        rows[links, (links + 1) % masses.size] -= 1.0
+        stiffness = (rows.T * span_stiffness(drive) * drive.span_length / chain.lengths) @ rows
+        stiffness += np.diag(chain.ground_springs)
+        free = slice(int(chain.fixed[0]), masses.size - int(chain.fixed[1]))
+        rigid = chain.rigid_body_modes
+        if masses[free].size > rigid:
+            root = np.sqrt(masses[free])
+            matrix = stiffness[free, free] / np.outer(root, root)
+            square = eigh(matrix, eigvals_only=True, subset_by_index=[rigid, rigid])[0]
+            found.append(sqrt(max(float(square), 0.0)))
+    return min(found, default=None)
 
 
 def transverse_chains(drive: Drive, *, rest: RestState | None = None) -> tuple[LabelledChain, ...]:

@@ -257,14 +257,6 @@ class Segments:
             )
         return np.asarray(form + rope.bend * (bent * measure).swapaxes(1, 2) @ bent)
 
-    def slope_along(self, omega: float, ends: Values, share: float) -> Values:
-        """Derivative of the motion along at its start, 0, or its end, 1, shape (k,)."""
-        at = -1 if share else 0
-        q = self.factors(omega, ends)[at]
-        rates = _polynomials(self.rope.direction is not None, self.rope.bend > 0.0)[1]
-        slopes = np.array([own(1.0 if share else -1.0) for own in rates])
-        return np.asarray(2.0 / self.size[at] * (slopes @ q))
-
     def displacement(self, omega: float, ends: Values, share: Array) -> tuple[Values, Values]:
         """Along and across at shares of the rope, shape (k, q) each."""
         at = np.clip(np.searchsorted(self.places, share, "right") - 1, 0, self.places.size - 2)

@@ -11,8 +11,6 @@ from cabledrive.modal.mode import BOTH, LONGITUDINAL, STRING, TRANSVERSE
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.rows import Array
 from cabledrive.modal.shapes import Place, Shape, SlopeWave, Values
-from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import refuse_route
 
 PLANES = {ACROSS: "w", OUT: "v"}
 ALONE = 0.99
@@ -184,32 +182,6 @@ class Mode(Shape):
         way = self.where[1] if self.kind == TRANSVERSE else ALONG
         return self.displacement(span, way, np.asarray(positions, dtype=float))
 
-    def slopes_at(self, joint: str) -> tuple[Array, Array]:
-        """Slope of the displacement just before and just after a joint, along the span's direction.
-
-        Parameters
-        ----------
-        joint : str
-            A name among `joints`, but the motor's: "carriage 0".
-
-        Returns
-        -------
-        before, after : ndarray, shape (multiplicity,)
-            Derivatives by the unstretched position [kg^-1/2 / m]; zero beyond the end of an open chain.
-
-        Raises
-        ------
-        InputRefused
-            Of a machine with routes, and of a transverse mode.
-        """
-        if self.network.by_span:
-            refuse_route(f"the slope at {joint}")
-        if self.kind == TRANSVERSE:
-            raise InputRefused(
-                f"slopes at {joint}: of a transverse mode none are computed: take a longitudinal mode"
-            )
-        return self.slopes(joint)
-
 
 class HeldMode(Mode):
     """A harmonic of ropes between ends that rest; ``waves``: with how many ropes have it."""
@@ -259,7 +231,3 @@ class HeldMode(Mode):
         k = self.number * pi / length
         slope = k * complex(np.sqrt(2.0 / (wave.z * wave.time)), 0.0)
         return (SlopeWave(span=piece.span, start=piece.start, length=length, wave_number=k, slope=slope),)
-
-    def slopes(self, coordinate: str) -> tuple[Array, Array]:
-        """Refused: no joint takes part."""
-        raise InputRefused(f"slopes at {coordinate}: no joint takes part in this mode")

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from math import pi
 
-from cabledrive.mechanics.holding import lumped_cable_mode
+from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.modal.natural import modes
 from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import Drive, InputRefused

@@ -202,27 +202,3 @@ class Shape:
             span = self.network.pieces[wave.tag[0]].span
             found.append(SlopeWave(span=span, start=first, length=last - first, wave_number=k, slope=slope))
         return tuple(found)
-
-    def slopes(self, coordinate: str) -> tuple[Array, Array]:
-        """Slope just before and just after a joint along the cable, shape (multiplicity,) each."""
-        omega, number = self.solved.omega, list(self.network.names).index(coordinate)
-        y, times, phases = self.cut.waves(omega, self.solved.placed, self.solved.shapes)
-        sides = [np.zeros(self.solved.multiplicity), np.zeros(self.solved.multiplicity)]
-        for i, wave_number, first, last in self._parts(times):
-            wave, phase = self.cut.own.waves[wave_number], phases[i]
-            if wave.tag[1] != ALONG:
-                continue
-            near, far, k = y[3 * i + 1].real, y[3 * i + 2].real, phase / (last - first)
-            if self.cut.table.part[i] != 1 and any(c == number for c, _ in wave.end):
-                sides[0] = k * (far * np.cos(phase) - near) / np.sin(phase)
-            if self.cut.table.part[i] != 2 and any(c == number for c, _ in wave.start):
-                sides[1] = k * (far - near * np.cos(phase)) / np.sin(phase)
-        for rope_number, (segments, _, _) in enumerate(self.cut.segments):
-            rope = segments.rope
-            if rope.tags[0][1] != ALONG:
-                continue
-            ends = self.cut.rope_ends(rope_number, self._natural)
-            for side, row, at in ((0, rope.end[0], 1.0), (1, rope.start[0], 0.0)):
-                if any(c == number for c, _ in row):
-                    sides[side] = segments.slope_along(omega, ends, at).real
-        return sides[0], sides[1]
