@@ -12,18 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.chain import HOLDING_SPRING, MOTOR_JOINT, LabelledChain
+from cabledrive.mechanics.chain import HOLDING_SPRING, LabelledChain
 from cabledrive.mechanics.holding import (
     DRIVE_PULLEY,
-    HELD,
-    HOLDING,
     LOAD_PULLEY,
     PULLEYS,
     held_joints,
-    motor_condition,
 )
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.rest import RestingSection, rest_state
+from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.pieces import End, parts_of_piece, straight_above
@@ -158,32 +156,19 @@ def network_of_drive(
     taut: bool = False,
 ) -> ModalNetwork:
     """A loop or line about its state of rest; ``taut``: what moves along it, without weights."""
-    condition, held = motor_condition(drive, motor), set(held_joints(drive, hold))
-    held |= {name for name, own in zip(PULLEYS, drive.pulley, strict=True) if own.fixed}
-    joint = drive.motor.joint_stiffness if drive.motor is not None else None
-    held |= {DRIVE_PULLEY} if condition == HELD and joint is None else set()
     index: dict[str, int] = {}
+    fixed: list[Fixed] = []
+    for along in map(network_of_chain, longitudinal_chains(drive, motor=motor, hold=hold)):
+        place = [index.setdefault(name, len(index)) for name in along.names]
+        fixed += [own._replace(row=tuple((place[c], v) for c, v in own.row)) for own in along.fixed]
+    held = held_joints(drive, hold)
 
     def row(name: str, way: str = ALONG) -> Row:
         """How a joint moves in one direction."""
-        if name in held or (way != ALONG and name in PULLEYS):
-            return ()
-        name = name if way == ALONG else f"{name} {way}"
-        return ((index.setdefault(name, len(index)), 1.0),)
+        if way != ALONG:
+            index.setdefault(name := f"{name} {way}", len(index))
+        return ((index[name], 1.0),) if name in index else ()
 
-    rotor, square = drive.motor, drive.drive_pulley.radius**2
-    rigid = rotor.inertia / square if rotor is not None and joint is None else 0.0
-    shaft = rim = row(DRIVE_PULLEY)
-    fixed = [
-        Fixed(MASS, drive.drive_pulley.rim_mass + rigid, rim),
-        Fixed(MASS, drive.load_pulley.rim_mass, row(LOAD_PULLEY)),
-    ]
-    if rotor is not None and joint is not None:
-        shaft = row("motor") if condition != HELD else ()
-        fixed.append(Fixed(SPRING, joint / square, (*shaft, *((c, -v) for c, v in rim)), MOTOR_JOINT))
-        fixed.append(Fixed(MASS, rotor.inertia / square, shaft))
-    if condition == HOLDING and rotor is not None and rotor.holding_stiffness is not None:
-        fixed.append(Fixed(SPRING, rotor.holding_stiffness / square, shaft, HOLDING_SPRING))
     sections: tuple[RestingSection, ...] = ()
     if not taut and (drive.layout.gravity or at_torque):
         rest = rest_state(drive, at_torque=at_torque)
@@ -230,7 +215,7 @@ def network_of_drive(
             parts += own if across else own[1:2]
             pieces.append(PieceOfSpan(span, start, end, section, (near, far)))
     for number, carriage in enumerate(drive.carriage):
-        names = (f"carriage {number}", f"carriage {number} {ACROSS}", f"carriage {number} {OUT}")
+        names = (f"carriage {number} {way}" for way in (ACROSS, OUT))
         fixed += [Fixed(MASS, carriage.mass, ((index[name], 1.0),)) for name in names if name in index]
     return ModalNetwork(
         names=tuple(index),
