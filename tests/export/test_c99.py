@@ -2,6 +2,7 @@
 
 import ctypes
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,16 +10,15 @@ import pytest
 import cabledrive as cd
 from cabledrive.control.controller_kernels import LAST_SAMPLE, new_target_state, start_target, target_step
 from cabledrive.control.numbers import start_estimates
-from cabledrive.export.c99 import controller_package
-from cabledrive.export.door import write_folder
-from cabledrive.export.self_test import commands_of, references_of, rippled_readings, self_test
-from cabledrive.export.single_precision import (
-    MARGIN,
-    SinglePrecision,
-    differenced,
-    self_test_gap,
-    single_precision,
+from cabledrive.export.c99 import (
+    commands_of,
+    controller_package,
+    references_of,
+    rippled_readings,
+    self_test,
 )
+from cabledrive.export.door import write_folder
+from cabledrive.export.single_precision import MARGIN, differenced, self_test_gap, single_precision
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS
 from export.compilers import COMPILERS, WARNINGS, built, checked, needs_cc
 from export.designs import loop_of, replayed, source_of
@@ -213,8 +213,7 @@ def test_differences_of_angles_are_the_same_controller(name):
 def test_single_precision_in_c_is_within_the_tolerance_of_its_self_test(compiler, tmp_path):
     source = source_of("pd")
     law = differenced(source.law)
-    made = SinglePrecision(law=law, factor=1.0, tolerance=MARGIN * self_test_gap(law)[0])
-    files = controller_package(source, made)
+    files = controller_package(replace(source, law=law), MARGIN * self_test_gap(law)[0])
     assert "typedef float real;" in files["cabledrive_law.h"]
     write_folder(tmp_path / "law", files)
     done = checked(tmp_path / "law", "-O2", *WARNINGS, "-Wdouble-promotion", compiler=compiler)
@@ -225,9 +224,9 @@ def test_single_precision_in_c_is_within_the_tolerance_of_its_self_test(compiler
 @pytest.mark.verify
 @pytest.mark.parametrize("name", ["darc-3", "darc-4", "darc-4-damped", "pd", "lqg"])
 def test_the_closed_loop_keeps_its_error_in_single_precision(name, measured):
-    found = single_precision(source_of(name))
-    measured(f"{name}: factor {found.factor:.4f}, self-test {found.tolerance:.1e} N m")
-    assert 0.5 < found.factor < 1.1
+    _, factor, tolerance = single_precision(source_of(name))
+    measured(f"{name}: factor {factor:.4f}, self-test {tolerance:.1e} N m")
+    assert 0.5 < factor < 1.1
 
 
 @pytest.mark.verify

@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.export.c99 import system_package
-from cabledrive.export.cable_block import cable_block
-from cabledrive.export.controller_block import controller_block
+from cabledrive.export.blocks import cable_block, controller_block, new_loop, system_block
+from cabledrive.export.c99 import self_test, system_package
 from cabledrive.export.door import write_folder
 from cabledrive.export.fmu import fmu_package
-from cabledrive.export.self_test import self_test
 from cabledrive.export.source import plant_loop
-from cabledrive.export.system_block import new_loop, system_block
 from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import rotor_turn

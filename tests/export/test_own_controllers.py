@@ -5,7 +5,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control.controller_kernels import own_target_step, start_target
-from cabledrive.export.controller_block import target_kernel
+from cabledrive.export.blocks import target_kernel
 from cabledrive.export.source import designed, designed_loop
 from export.compilers import WARNINGS, checked, needs_cc
 from export.designs import DRIVE, OWN, replayed, step

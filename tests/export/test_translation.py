@@ -8,7 +8,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.control import law_kernels
-from cabledrive.export.controller_block import controller_block
+from cabledrive.export.blocks import controller_block
 from cabledrive.export.translation.nodes import BOOL, INT, REAL, Scalar, View
 from cabledrive.export.translation.program import Program
 from cabledrive.export.translation.source import interpreted, plain

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -13,32 +14,23 @@ from cabledrive.parameters.version import __version__
 
 EXPONENTS = {False: ("uint64_t", "0x7ff0000000000000u"), True: ("uint32_t", "0x7f800000u")}
 SHELLS = {"controller": "law", "plant": "system", "loop": "system", "cable": "cable"}
+TEMPLATES = Environment(
+    loader=PackageLoader("cabledrive.export"), undefined=StrictUndefined, keep_trailing_newline=True
+)
+"""The shells around translated kernels, and models in other languages."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Variable:
-    """A variable of an FMU: causality "input", "output" or "parameter"; ``unit`` may be empty."""
+class Variable(NamedTuple):
+    """A variable of an FMU: ``causality`` "input", "output" or "parameter"; ``unit`` may be empty."""
 
-    name: str
     causality: str
+    name: str
     unit: str
     about: str
     start: float = 0.0
 
 
-def given(name: str, unit: str, about: str) -> Variable:
-    """An input."""
-    return Variable(name=name, causality="input", unit=unit, about=about)
-
-
-def output(name: str, unit: str, about: str) -> Variable:
-    """An output."""
-    return Variable(name=name, causality="output", unit=unit, about=about)
-
-
-def parameter(name: str, unit: str, about: str, start: float = 0.0) -> Variable:
-    """A parameter with its value at the start."""
-    return Variable(name=name, causality="parameter", unit=unit, about=about, start=start)
+given, output, parameter = (partial(Variable, causality) for causality in ("input", "output", "parameter"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,38 +53,30 @@ class Block:
 
     def rendered(self, template: str, **more: Any) -> str:
         """A template in the block's words."""
+        precision = self.program.precision
         words = {
             "what": self.what,
             "title": self.title,
             "version": __version__,
-            "literal": self.program.precision.literal,
+            "literal": precision.literal,
+            "single": precision.single,
         }
-        return templates().get_template(template).render(**words | dict(self.words) | more)
+        return TEMPLATES.get_template(template).render(words | dict(self.words) | more)
 
     def code(self) -> dict[str, str]:
-        """Header and source."""
+        """Header and source, with the few functions below the kernels that these use."""
         program, shell = self.program, SHELLS[self.what]
-        functions, words = program.functions(), {"structs": program.structs()}
-        words |= {"functions": functions, "runtime": runtime_text(program, functions)}
+        functions = program.functions()
+        word, exponent = EXPONENTS[program.precision.single]
+        runtime = self.rendered(
+            "runtime.c.jinja", word=word, exponent=exponent, used=lambda name: mentions(functions, name)
+        )
+        words = {"structs": program.structs(), "functions": functions, "runtime": runtime}
         tables = program.used_tables(self.rendered(f"{shell}.c.jinja", tables="", **words))
         return {
             f"{self.file}.{kind}": self.rendered(f"{shell}.{kind}.jinja", tables=tables, **words)
             for kind in ("h", "c")
         }
-
-
-def templates() -> Environment:
-    """The shells around translated kernels, and models in other languages."""
-    return Environment(
-        loader=PackageLoader("cabledrive.export"), undefined=StrictUndefined, keep_trailing_newline=True
-    )
-
-
-def runtime_text(program: Program, text: str) -> str:
-    """The few functions below the kernels, those that a text uses."""
-    word, exponent = EXPONENTS[program.precision.single]
-    template = templates().get_template("runtime.c.jinja")
-    return template.render(word=word, exponent=exponent, used=lambda name: mentions(text, name))
 
 
 def samples_csv(heads: Sequence[str], *columns: np.ndarray) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Tree
 
-from cabledrive.export.block import templates
+from cabledrive.export.block import TEMPLATES
 from cabledrive.export.source import lumped_models
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import require_regular
@@ -93,7 +93,7 @@ def _tendon(
 
 def modelica_files(drive: Drive) -> dict[str, str]:
     """One model for each of the Models 1 to 4 that the drive's data allow."""
-    template = templates().get_template("model.mo.jinja")
+    template = TEMPLATES.get_template("model.mo.jinja")
     return {
         f"Model{n}.mo": template.render(
             number=n, drive=drive, chain=chain, version=__version__, hash=content_hash(drive), repr=repr

@@ -8,21 +8,23 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.control.own_controller import OwnController
+from cabledrive.export.blocks import cable_block, controller_block, system_block
 from cabledrive.export.c99 import controller_package, system_package
-from cabledrive.export.cable_block import cable_block
-from cabledrive.export.controller_block import controller_block
 from cabledrive.export.descriptions import klipper_files, mjcf_files, modelica_files
 from cabledrive.export.fmu import fmu_package
 from cabledrive.export.single_precision import single_precision
-from cabledrive.export.source import NOTE, ExportSource, read_drive, read_machine, read_source
-from cabledrive.export.system_block import system_block
+from cabledrive.export.source import NOTE, ExportSource, read_machine, read_source
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.files import umask
-from cabledrive.reduction.network_axis import axis_notes
+from cabledrive.reduction.network_axis import as_axis, axis_notes
 
 FORMATS = ("c99", "fmu2", "fmu3", "mjcf", "modelica", "klipper")
 LINEAR = "links are linear: valid while no span goes slack"
 PARTS = ("controller", "plant", "loop", "cable")
+
+Files = Mapping[str, str | bytes]
+Made = tuple[Files, float | None, str | None, list[str]]
+"""Files by name, time from one step to the next [s], content hash of the drive, notes."""
 
 
 def export_to(
@@ -78,37 +80,43 @@ def export_to(
             f"float32 is for --format c99 --what controller, not {format} {what}: leave it out"
         )
     if what == "cable":
-        return _cable(place, source, format, controller, axis)
-    if format in ("mjcf", "modelica", "klipper"):
-        return _model(place, source, format, what, axis)
-    found = read_source(source, controller, axis)
-    if found.caution and what != "plant" and not anyway:
-        raise InputRefused(f"{source}: {found.caution}: add --anyway to export its law all the same")
-    if found.law.own is not None and (float32 or what != "controller"):
-        said = f'controller "{found.law.name}" is your own: it is exported alone and in double precision'
-        raise InputRefused(f"{said}; the plant is exported from the drive without it")
-    files, notes = _package(found, format, what, float32)
+        files, sample_time, drive_hash, notes = _cable(source, format, controller, axis)
+    elif format in ("c99", "fmu2", "fmu3"):
+        found = read_source(source, controller, axis)
+        if found.caution and what != "plant" and not anyway:
+            raise InputRefused(f"{source}: {found.caution}: add --anyway to export its law all the same")
+        if found.law.own is not None and (float32 or what != "controller"):
+            said = f'controller "{found.law.name}" is your own: it is exported alone and in double precision'
+            raise InputRefused(f"{said}; the plant is exported from the drive without it")
+        files, notes = _package(found, format, what, float32)
+        sample_time, drive_hash = found.law.sample_time, found.law.drive_hash
+        notes = [*([found.caution] if found.caution else []), *notes]
+    else:
+        files, sample_time, drive_hash, notes = _model(source, format, what, axis)
     write_folder(place, files)
-    notes = [*([found.caution] if found.caution else []), *notes]
-    return _said(format, files, found.law.sample_time, found.law.drive_hash, notes)
+    return {
+        "format": format,
+        "files": sorted(files),
+        "sample_time": sample_time,
+        "drive_hash": drive_hash,
+        "notes": notes,
+    }
 
 
-def _package(
-    found: ExportSource, format: str, what: str, float32: bool
-) -> tuple[Mapping[str, str | bytes], list[str]]:
+def _package(found: ExportSource, format: str, what: str, float32: bool) -> tuple[Files, list[str]]:
     """Files of a controller, plant or loop, and notes."""
     if format in ("fmu2", "fmu3"):
         block = controller_block(found) if what == "controller" else system_block(found, what)
         return fmu_package(block, int(format[-1]))
     if what != "controller":
         return system_package(found, what), [*found.notes, NOTE]
-    if not float32:
-        return controller_package(found), list(found.notes)
-    single = single_precision(found)
-    return controller_package(found, single), [*found.notes, single.note]
+    tolerance = None
+    if float32:
+        found, _, tolerance = single_precision(found)
+    return controller_package(found, tolerance), list(found.notes)
 
 
-def _cable(place: Path, source: Any, format: str, controller: Any, axis: str | None) -> dict[str, Any]:
+def _cable(source: Any, format: str, controller: Any, axis: str | None) -> Made:
     """The cable of a drive in modes as an FMU."""
     if format not in ("fmu2", "fmu3"):
         raise InputRefused(f"what = cable is written as fmu2 or fmu3, whose sources are C99, not as {format}")
@@ -117,37 +125,20 @@ def _cable(place: Path, source: Any, format: str, controller: Any, axis: str | N
     drive = read_machine(source)
     block = cable_block(drive)
     files, notes = fmu_package(block, int(format[-1]))
-    write_folder(place, files)
-    return _said(format, files, block.interval, content_hash(drive), notes)
+    return files, block.interval, content_hash(drive), notes
 
 
-def _model(place: Path, source: Any, format: str, what: str, axis: str | None) -> dict[str, Any]:
+def _model(source: Any, format: str, what: str, axis: str | None) -> Made:
     """A model of the mechanics, or lines for a printer."""
     if what == "loop":
         raise InputRefused(f"{format} holds no controller: leave --what loop out, or take fmu2, fmu3 or c99")
     if format == "klipper":
-        files = klipper_files(source)
-        write_folder(place, files)
-        return _said(format, files, None, None, [])
-    drive = read_drive(source, axis)
+        return klipper_files(source), None, None, []
+    drive = as_axis(read_machine(source), axis)
     files = mjcf_files(drive) if format == "mjcf" else modelica_files(drive)
-    write_folder(place, files)
     rate = drive.sensors.sample_rate if drive.sensors else None
     slack = "a slack span carries nothing, its damping stays" if format == "mjcf" else LINEAR
-    notes = [slack, *axis_notes(drive)]
-    return _said(format, files, None if rate is None else 1.0 / rate, content_hash(drive), notes)
-
-
-def _said(
-    format: str, files: Mapping[str, Any], time: float | None, drive_hash: str | None, notes: list[str]
-) -> dict[str, Any]:
-    return {
-        "format": format,
-        "files": sorted(files),
-        "sample_time": time,
-        "drive_hash": drive_hash,
-        "notes": notes,
-    }
+    return files, None if rate is None else 1.0 / rate, content_hash(drive), [slack, *axis_notes(drive)]
 
 
 def checked_folder(folder: str | os.PathLike[str]) -> Path:
@@ -163,7 +154,7 @@ def checked_folder(folder: str | os.PathLike[str]) -> Path:
     return place
 
 
-def write_folder(place: Path, files: Mapping[str, str | bytes]) -> None:
+def write_folder(place: Path, files: Files) -> None:
     """Write all files or none: beside the folder first, then under its name."""
     part = Path(tempfile.mkdtemp(prefix=f"{place.name}.part", dir=place.parent))
     try:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cabledrive.export.block import Block, templates
+from cabledrive.export.block import Block
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-I.")
 MADE = (2000, 1, 1, 0, 0, 0)
@@ -33,7 +33,7 @@ def fmu_package(block: Block, version: int) -> tuple[dict[str, bytes], list[str]
     }
     sources = code | {
         "part.c": block.rendered("fmu_part.c.jinja", **words),
-        "fmu.c": templates().get_template(f"fmi{version}.c.jinja").render(),
+        "fmu.c": block.rendered(f"fmi{version}.c.jinja"),
     }
     files: dict[str, bytes] = {f"sources/{each}": text.encode() for each, text in sources.items()}
     law = f", law {block.words['law'].name}" if block.what in ("controller", "loop") else ""

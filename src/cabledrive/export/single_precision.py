@@ -6,15 +6,15 @@ to six times multiplies by 1e6 and more. Filter and law are therefore written in
 differences of successive ones, which are small and keep their own seven digits.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from cabledrive.control.controller_kernels import new_target_state, path_row, start_target, target_step
 from cabledrive.control.numbers import DARC, LINEAR, start_estimates
-from cabledrive.export.controller_block import needed_rise, path_state
-from cabledrive.export.self_test import SAMPLES, SEED, as_type, commands_of, references_of, rippled_readings
+from cabledrive.export.blocks import needed_rise, path_state
+from cabledrive.export.c99 import SAMPLES, SEED, as_type, commands_of, references_of, rippled_readings
 from cabledrive.export.source import ExportSource, loop_on
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
@@ -30,29 +30,13 @@ MARGIN, TESTABLE = 2.0, 0.05
 """Tolerance of the self-test over the differences seen; its largest share of the largest command."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SinglePrecision:
-    """A law written for single precision; ``factor``: peak error over that in double precision."""
+def single_precision(source: ExportSource) -> tuple[ExportSource, float, float]:
+    """The controller for single precision, the factor of its peak error, the self-test's tolerance [N m].
 
-    law: ControllerFile
-    factor: float
-    tolerance: float
-
-    @property
-    def note(self) -> str:
-        """What it costs, in words."""
-        return (
-            f"single precision: on the lumped plant the peak error of the load is {self.factor:.4f} times "
-            f"that in double precision (refused above {ACCEPTED}); the self-test allows "
-            f"{self.tolerance:.2g} N m"
-        )
-
-
-def single_precision(source: ExportSource) -> SinglePrecision:
-    """The controller for single precision, tried on its plant; a tenth more error, or no drive: refused."""
+    It is tried on its plant; refused: a tenth more error than in double precision, or no drive.
+    """
     law = differenced(source.law)
-    wide, narrow = peak_error(source, source.law, np.float64), peak_error(source, law, np.float32)
-    factor = narrow / wide
+    factor = peak_error(source, law, np.float32) / peak_error(source, source.law, np.float64)
     if not factor <= ACCEPTED:
         said = f"float32: the peak error of {law.name} grows by a factor of {factor:.3g} in single precision"
         raise InputRefused(f"{said}, above {ACCEPTED}: export it in double precision")
@@ -63,7 +47,12 @@ def single_precision(source: ExportSource) -> SinglePrecision:
             f"of {largest:.3g} N m in single precision, which no self-test could separate from a mistake: "
             "export it in double precision"
         )
-    return SinglePrecision(law=law, factor=factor, tolerance=MARGIN * gap)
+    note = (
+        f"single precision: on the lumped plant the peak error of the load is {factor:.4f} times "
+        f"that in double precision (refused above {ACCEPTED}); the self-test allows "
+        f"{MARGIN * gap:.2g} N m"
+    )
+    return replace(source, law=law, notes=(*source.notes, note)), factor, MARGIN * gap
 
 
 def differenced(law: ControllerFile) -> ControllerFile:
@@ -102,8 +91,9 @@ def differenced(law: ControllerFile) -> ControllerFile:
 
 def in_precision(law: ControllerFile, kind: Any) -> ControllerFile:
     """The numbers of a law rounded to a precision."""
-    reference = None if law.reference is None else as_type(law.reference, kind)
-    return replace(law, law=as_type(law.law, kind), observer=as_type(law.observer, kind), reference=reference)
+    return replace(
+        law, **{name: as_type(getattr(law, name), kind) for name in ("law", "observer", "reference")}
+    )
 
 
 def peak_error(source: ExportSource, law: ControllerFile, kind: Any) -> float:

@@ -140,13 +140,8 @@ def _notes(law: ControllerFile) -> tuple[str, ...]:
     return (*settled, LEARNS) if law.name == "darc-indirect" else settled
 
 
-def read_drive(source: Any, axis: str | None = None) -> Drive:
-    """A drive, its name or file, or a study's identified one; an axis of one with routes; else refused."""
-    return as_axis(read_machine(source), axis)
-
-
 def read_machine(source: Any) -> Drive | RoutedDrive:
-    """As `read_drive`, a machine with routes as it stands."""
+    """A machine, its name or file, or a study's identified one; else refused."""
     if isinstance(source, Drive | RoutedDrive):
         return source
     place = Path(str(source))

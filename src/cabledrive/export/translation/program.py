@@ -118,10 +118,10 @@ class Program:
         text = f"{base.text[1:]}.{name}" if base.text.startswith("&") else f"{base.text}->{name}"
         return Value("&" + text if isinstance(kind, Record) else text, kind, base.roots)
 
-    def plain_record(self, value: Value) -> Record:
-        """The type of a value that is a record."""
-        assert isinstance(value.type, Record)
-        return value.type
+    def part(self, base: Value, name: str) -> Value:
+        """A field of a record, by its name."""
+        assert isinstance(base.type, Record)
+        return self.field(base, base.type, name, dict(base.type.fields)[name])
 
     def structs(self) -> str:
         """Definitions of the structs of state."""
