@@ -13,10 +13,9 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from cabledrive.campaign.engine import do_alone
+from cabledrive.campaign.engine import Plan, do_alone
 from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store, done_chunks
-from cabledrive.campaign.work import Plan
 from campaign_computations import Dangerous, Sleepy, swept
 from command import object_of, refusal, run
 
@@ -130,7 +129,7 @@ def test_workers_with_another_version_are_refused_and_nothing_is_written(tmp_pat
     from distributed import LocalCluster
 
     (tmp_path / "spec.toml").write_text(transporter_modes(rows=8, chunk=4))
-    monkeypatch.setattr("cabledrive.campaign.cluster.__version__", "9.9.9")
+    monkeypatch.setattr("cabledrive.campaign.engine.__version__", "9.9.9")
     with LocalCluster(n_workers=1, processes=False, dashboard_address="127.0.0.1:0") as cluster:
         address = cluster.scheduler_address
         line = refusal("sweep", tmp_path / "spec.toml", "-o", tmp_path / "x.zarr", "--scheduler", address)

@@ -9,10 +9,10 @@ import xarray as xr
 
 import cabledrive as cd
 from cabledrive.campaign.design import NamedDesign
+from cabledrive.campaign.engine import chosen_chunk
 from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import spec_of
-from cabledrive.campaign.store import only_driver
-from cabledrive.campaign.work import chosen_chunk
+from cabledrive.parameters.files import one_process
 from campaign_computations import Dangerous, Sleepy, swept
 from command import answer, refusal
 
@@ -196,7 +196,7 @@ def test_what_is_no_store_of_this_version_or_has_a_driver_is_refused(sweep, refu
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thing").touch()
     assert "full" in refused(SPEC, "full")
-    with only_driver(tmp_path / "store.zarr", ""):
+    with one_process(tmp_path / "store.zarr.lock" / "whole"):
         assert "another process" in refused(SPEC)
     sweep(SPEC)
     about = tmp_path / "store.zarr" / "zarr.json"

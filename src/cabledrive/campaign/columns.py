@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.campaign.keys import settings_of
-from cabledrive.campaign.of_drives import DEFAULT_COUNT, FIELDS, IN_CLOSED_FORM, OF_BOTH_KINDS
+from cabledrive.campaign.kinds import DEFAULT_COUNT, FIELDS, IN_CLOSED_FORM, OF_BOTH_KINDS
 from cabledrive.campaign.rows import plain_value
-from cabledrive.campaign.spec import CampaignSpec
+from cabledrive.campaign.spec import CampaignSpec, settings_of
 from cabledrive.modal.batch import LoopBatch
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.studies.frequency_curves import varied_together

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +69,6 @@ class Found:
     incomplete: str = meaning("why: the row gets status 3")
 
 
-@runtime_checkable
 class Computation(Protocol):
     """What a campaign asks of a computation; any object with these will do that another process can import.
 
@@ -84,12 +83,10 @@ class Computation(Protocol):
     @property
     def identity(self) -> str:
         """The same text, the same results."""
-        ...
 
     @property
     def outputs(self) -> tuple[Output, ...]:
         """Variables of the store."""
-        ...
 
     def one(self, row: Row) -> "Mapping[str, Any] | Found":
         """Compute one row.
@@ -111,17 +108,14 @@ class Computation(Protocol):
         ...
 
 
-Function = Callable[[Row], "Mapping[str, Any] | Found"]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
     """A computation that the SPEC can name."""
 
     outputs: Callable[[Mapping[str, Any]], tuple[Output, ...]]  # all outputs, given the options of the SPEC
     default: tuple[str, ...]  # those stored unless ``outputs`` names others
-    one: Function  # of one row
-    options: dict[str, str]  # unit of each option, "count", "text", "flag", or "list of UNIT"
+    one: Callable[[Row], "Mapping[str, Any] | Found"]  # of one row
+    options: dict[str, str]  # unit of each option, as `values_of` takes it
     modules: tuple[str, ...]  # imported when a row is computed, beside those loaded with the SPEC
     required: tuple[str, ...] = ()  # options without a default
     long: bool = False  # a row takes longer than a chunk should: no row is tried to find that out
@@ -129,18 +123,26 @@ class Kind:
     @property
     def numbers(self) -> dict[str, str]:
         """Options that can be varied, with their units."""
-        numbers = {
-            name: unit for name, unit in self.options.items() if not unit.startswith((TEXT, FLAG, LIST))
-        }
-        return {name: unit for name, unit in numbers.items() if name != "count"}
+        others = (TEXT, FLAG, LIST)
+        return {name: u for name, u in self.options.items() if not u.startswith(others) and name != "count"}
 
-    @staticmethod
-    def read(key: str, value: Any, unit: str) -> Any:
-        """An option of the SPEC, in SI; ``unit``: as in `options`."""
+
+def values_of(table: Mapping[str, Any], units: Mapping[str, str], place: str) -> dict[str, Any]:
+    """Entries of a table of the SPEC, in SI; refused: an unknown key, another unit.
+
+    ``units``: of each entry, or "count", "text", "flag", "list of UNIT".
+    """
+    plain: dict[str, Callable[[str, Any], Any]] = {TEXT: text_of, FLAG: flag_of, "count": whole_of}
+    found: dict[str, Any] = {}
+    for name, value in table.items():
+        key = f"{place}.{name}"
+        require_known(name, units, f'unknown key "{key}"', f"{place}.")
+        unit = units[name]
         if unit.startswith(LIST):
-            return list(quantities_of(key, value, unit.removeprefix(LIST)))
-        plain = {TEXT: text_of, FLAG: flag_of, "count": whole_of}
-        return plain[unit](key, value) if unit in plain else quantity_of(key, value, unit)
+            found[name] = list(quantities_of(key, value, unit.removeprefix(LIST)))
+        else:
+            found[name] = plain[unit](key, value) if unit in plain else quantity_of(key, value, unit)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,16 +159,24 @@ class NamedComputation:
         return self.what
 
     @property
+    def kind(self) -> Kind:
+        """What the package says of it."""
+        return kinds()[self.what]
+
+    @property
     def modules(self) -> tuple[str, ...]:
         """What its rows import."""
-        return kinds()[self.what].modules
+        return self.kind.modules
 
     def one(self, row: Row) -> Mapping[str, Any] | Found:
         """Compute one row."""
-        return kinds()[self.what].one(row)
+        return self.kind.one(row)
 
     def many(self, spec: Any, values: Mapping[str, NDArray[Any]]) -> Any:
-        """Compute many rows at once where there is a way, see `cabledrive.campaign.rows.ManyRows`."""
+        """Compute many rows at once, each to the same number as alone, where there is a way.
+
+        Which rows fit and are done, and their outputs; None: no campaign for this. Values in SI.
+        """
         from cabledrive.campaign import columns
 
         ways = {"modes": columns.many_modes, "resonance": columns.many_resonances}
@@ -175,9 +185,9 @@ class NamedComputation:
 
 def kinds() -> dict[str, Kind]:
     """Every computation that a SPEC can name."""
-    from cabledrive.campaign import of_drives, of_loops
+    from cabledrive.campaign.kinds import KINDS
 
-    return of_drives.KINDS | of_loops.KINDS
+    return KINDS
 
 
 def named_computation(table: Mapping[str, Any]) -> NamedComputation:
@@ -186,12 +196,8 @@ def named_computation(table: Mapping[str, Any]) -> NamedComputation:
     what = text_of("compute.what", table.get("what", ""))
     require_known(what, known, f'compute.what = "{what}" is not known')
     kind = known[what]
-    options: dict[str, Any] = {}
-    for key, value in table.items():
-        if key in ("what", "outputs", "chunk"):
-            continue
-        require_known(key, kind.options, f'unknown key "compute.{key}"', "compute.")
-        options[key] = kind.read(f"compute.{key}", value, kind.options[key])
+    given = {key: value for key, value in table.items() if key not in ("what", "outputs", "chunk")}
+    options = values_of(given, kind.options, "compute")
     everything = {output.name: output for output in kind.outputs(options)}
     wanted = table.get("outputs", list(kind.default))
     if not isinstance(wanted, list) or not wanted:
@@ -201,13 +207,6 @@ def named_computation(table: Mapping[str, Any]) -> NamedComputation:
     names = tuple(dict.fromkeys(wanted))
     outputs = tuple(everything[name] for name in names)
     return NamedComputation(what=what, options=options | {"outputs": names}, outputs=outputs)
-
-
-def check_required(computation: NamedComputation, varied: Mapping[str, Any]) -> None:
-    """Refuse a SPEC that neither gives nor varies what the computation needs. ``varied``: by key."""
-    for name in kinds()[computation.what].required:
-        if name not in computation.options and f"compute.{name}" not in varied:
-            raise InputRefused(f"compute.{name} is missing: {computation.what} needs it; add it to [compute]")
 
 
 def padded(values: Any, length: int) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from math import prod
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -19,7 +19,6 @@ LARGEST_SOBOL = 2**30
 MORRIS_LEVELS, MORRIS_STEP = 4, 0.5
 
 
-@runtime_checkable
 class Design(Protocol):
     """What a campaign asks of a design; any object with these three will do.
 
@@ -34,12 +33,10 @@ class Design(Protocol):
     @property
     def rows(self) -> int:
         """Number of rows."""
-        ...
 
     @property
     def identity(self) -> str:
         """The same text, the same points."""
-        ...
 
     def points(self, first: int, last: int) -> Array:
         """Points of some rows, the same however the rows are divided among workers.

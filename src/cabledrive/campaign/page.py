@@ -12,8 +12,8 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from cabledrive.campaign.keys import DRIVE, settings_of
 from cabledrive.campaign.results import Results, open_results
+from cabledrive.campaign.spec import DRIVE, settings_of
 from cabledrive.campaign.tolerance import FEWEST_ROWS, Tolerance, tolerance
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.tables import drive_from_tables

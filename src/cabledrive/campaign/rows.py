@@ -2,14 +2,13 @@
 
 import time
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, NUMBER, TEXT, Found, Row
-from cabledrive.campaign.keys import COMPUTE, DRIVE, GOALS, MOTION, OWN, PLANT, settings_of
-from cabledrive.campaign.spec import CampaignSpec
+from cabledrive.campaign.spec import COMPUTE, DRIVE, GOALS, MOTION, OWN, PLANT, CampaignSpec, settings_of
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.studies.frequency_curves import varied_together
 
@@ -22,17 +21,6 @@ LOST = "the process ended while this row was computed, twice alone: {why}"
 
 Chunk = dict[str, NDArray[Any]]
 """What rows gave: varied keys and outputs by name, each (rows, ...), and code, reason, seed, time [s]."""
-
-
-@runtime_checkable
-class ManyRows(Protocol):
-    """A computation that does many rows at once, each to the same number as alone."""
-
-    def many(
-        self, spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
-    ) -> tuple[NDArray[np.bool_], dict[str, NDArray[Any]]] | None:
-        """Which rows fit and are done, and their outputs; None: no campaign for this. Values in SI."""
-        ...
 
 
 def row_seeds(seed: int, first: int, last: int) -> NDArray[np.uint64]:
@@ -53,14 +41,14 @@ def compute_rows(spec: CampaignSpec, first: int, last: int) -> Chunk:
     """Compute some rows; each depends on the SPEC and its own number alone."""
     values, outputs, chunk = _begun(spec, first, last)
     done: NDArray[np.bool_] = np.zeros(last - first, dtype=bool)
-    if isinstance(spec.computation, ManyRows):
-        began = time.perf_counter()
-        found = spec.computation.many(spec, values)
-        if found is not None:
-            done, columns = found
-            for name in outputs:
-                outputs[name][done] = columns[name][done]
-            chunk["time"][done] = (time.perf_counter() - began) / done.size
+    began = time.perf_counter()
+    many = getattr(spec.computation, "many", None)
+    found = many and many(spec, values)
+    if found:
+        done, columns = found
+        for name in outputs:
+            outputs[name][done] = columns[name][done]
+        chunk["time"][done] = (time.perf_counter() - began) / done.size
     for i in np.flatnonzero(~done):
         began = time.perf_counter()
         row = {key: column[i] for key, column in values.items()}

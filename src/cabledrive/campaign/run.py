@@ -9,17 +9,17 @@ from typing import Any
 from cabledrive.campaign import store
 from cabledrive.campaign.computation import Computation
 from cabledrive.campaign.design import Design
-from cabledrive.campaign.engine import Engine, chosen_engine, part_words
+from cabledrive.campaign.engine import Engine, Plan, chosen_engine
 from cabledrive.campaign.spec import CampaignSpec, read_spec
-from cabledrive.campaign.work import Plan
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import described, meaning
+from cabledrive.parameters.files import one_process
 from cabledrive.parameters.terminal import Progress, ResultCard
 
 MANY_ROWS, MANY_BYTES = 10**7, 100e9
 """Above these a campaign has to be meant."""
-SMALL = 9 * 2
-"""Bytes of a row beside keys and outputs: status, seed, time, about."""
+BESIDE_BYTES = 18
+"""Of a row beside keys and outputs: status, seed, time, about."""
 
 
 @described
@@ -114,14 +114,15 @@ def run_sweep(
     if not isinstance(spec, CampaignSpec):
         spec = read_spec(spec, design=design, computation=computation)
     path = _checked(Path(output), spec, workers, part, yes)
-    with store.only_driver(path, part_words(part)):
+    words = "part {} of {}".format(*part) if part else ""
+    with one_process(path.with_name(f"{path.name}.lock") / (words or "whole")):
         if force:
             store.delete_another(path, spec)
         if (path / "zarr.json").is_file():
             plan = Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
             if not _todo(plan, part):
                 return _result(plan, 0.0, time.monotonic() - began, "nothing: it was done before")
-        with chosen_engine(workers, scheduler, part) as engine:
+        with chosen_engine(workers, scheduler, words) as engine:
             if not (path / "zarr.json").is_file():  # the first driver chooses the chunk
                 store.create(path, spec, engine.chunk(spec))
             plan = Plan(spec=spec, store=path.resolve(), chunk=store.check_store(path, spec))
@@ -169,7 +170,9 @@ def _checked(
         raise InputRefused(f"workers = {workers} must be at least 1")
     if part is not None and not 1 <= part[0] <= part[1]:
         raise InputRefused(f"part = {part[0]}/{part[1]} is none: i counts from 1 to N")
-    rows, size = spec.design.rows, stored_bytes(spec)
+    rows = spec.design.rows
+    numbers = len(spec.units) + sum(prod(output.shape) for output in spec.computation.outputs)
+    size = rows * (8.0 * numbers + BESIDE_BYTES)  # before compression; texts are not known and not counted
     if not yes and (rows > MANY_ROWS or size > MANY_BYTES):
         raise InputRefused(
             f"{rows} rows, up to {size / 1e9:.3g} GB, are above {MANY_ROWS:.0e} rows or "
@@ -184,15 +187,8 @@ def _checked(
     return path
 
 
-def stored_bytes(spec: CampaignSpec) -> float:
-    """Bytes of all rows before compression; texts are not known and not counted."""
-    numbers = len(spec.units) + sum(prod(output.shape) for output in spec.computation.outputs)
-    return float(spec.design.rows) * (8 * numbers + SMALL)
-
-
 def _todo(plan: Plan, part: tuple[int, int] | None) -> list[int]:
-    done = store.done_chunks(plan.store)
-    numbers = range(store.chunk_count(plan.spec.design.rows, plan.chunk))
+    done, numbers = store.done_chunks(plan.store), plan.chunks
     if part is not None:
         numbers = numbers[part[0] - 1 :: part[1]]
     return [number for number in numbers if number not in done]

@@ -1,32 +1,68 @@
 """The SPEC of a campaign: drives, what is varied and how, what is computed for each row."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.campaign.computation import (
-    Computation,
-    NamedComputation,
-    check_required,
-    kinds,
-    named_computation,
-)
+from cabledrive.campaign.computation import Computation, NamedComputation, named_computation, values_of
 from cabledrive.campaign.design import Design, design_of
-from cabledrive.campaign.keys import DRIVE, MOTION_UNITS, goal_units, unit_of
 from cabledrive.campaign.vary import Axis, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
-from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning, require_known
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.toml_values import quantity_of, read_toml, table_of, text_of, whole_of
+from cabledrive.parameters.toml_values import read_toml, table_of, text_of, whole_of
+from cabledrive.studies.frequency_curves import unit_in_file
 
 TABLES = ("drive", "vary", "design", "compute", "motion", "goals")
-AUTO = "auto"
+DRIVE, PLANT, MOTION, GOALS, COMPUTE, OWN = "drive", "plant", "motion", "goals", "compute", "own"
+MOTION_UNITS = {"angle": "rad", "rise": "s", "dwell": "s", "pulses": "count", "order": "count"}
+
+
+@cache
+def goal_units() -> dict[str, str]:
+    """SI unit of each goal of a study, by name; "count" for a whole number."""
+    from cabledrive.studies.study.goals import QUANTITIES  # a study brings most of the package with it
+
+    return {**QUANTITIES, "pulses": "count", "order": "count"}
+
+
+def unit_of(key: str, options: Mapping[str, str], drives: Iterable[Drive | RoutedDrive]) -> str:
+    """SI unit of a key, "1" for a plain number, "count" for a whole one, "" for text or true and false.
+
+    ``options``: units of the numbers that the computation takes; a key that no drive has is refused.
+    """
+    space, _, rest = key.partition(".")
+    if key == DRIVE:
+        return ""
+    if space == OWN and rest:
+        return "1"
+    of_space = {MOTION: MOTION_UNITS, COMPUTE: options, GOALS: goal_units() if space == GOALS else {}}
+    if space in of_space:
+        units = of_space[space]
+        if not units:
+            raise InputRefused(f'unknown key "{key}": this computation has no number that can be varied')
+        require_known(rest, units, f'unknown key "{key}"', f"{space}.")
+        return units[rest]
+    refusals = []
+    for drive in drives:
+        try:
+            return unit_in_file(drive, rest if space == PLANT else key)
+        except InputRefused as refusal:
+            refusals.append(refusal)
+    raise refusals[0]
+
+
+def settings_of(values: Mapping[str, Any], space: str) -> dict[str, Any]:
+    """Values of the keys in one name space, without its name; "" stands for the drive file."""
+    if space:
+        return {key[len(space) + 1 :]: value for key, value in values.items() if key.startswith(f"{space}.")}
+    spaces = (PLANT, MOTION, GOALS, COMPUTE, OWN)
+    return {key: value for key, value in values.items() if key != DRIVE and key.split(".")[0] not in spaces}
 
 
 @described
@@ -61,23 +97,24 @@ class CampaignSpec:
         -------
         dict of str to ndarray, each of shape (last - first,)
             In SI, by key.
+
+        Raises
+        ------
+        InputRefused
+            If the points of the design are not of the shape, or outside the unit cube.
         """
-        points = checked_points(self.design, first, last, len(self.axes))
+        points, shape = (
+            np.asarray(self.design.points(first, last), dtype=float),
+            (last - first, len(self.axes)),
+        )
+        if points.shape != shape or not np.all((points >= 0.0) & (points <= 1.0)):
+            said = f"design: points of rows {first} to {last} are no array of shape"
+            raise InputRefused(f"{said} {shape} between 0 and 1: correct the design")
         return {
             key: spread.at(points[:, place])
             for place, axis in enumerate(self.axes)
             for key, spread in axis.spreads.items()
         }
-
-
-def checked_points(design: Design, first: int, last: int, axes: int) -> Array:
-    """Points of a design. Raises `InputRefused` if they are not of the shape, or outside the unit cube."""
-    points = np.asarray(design.points(first, last), dtype=float)
-    inside = points.shape == (last - first, axes) and bool(np.all((points >= 0.0) & (points <= 1.0)))
-    if not inside:
-        said = f"design: points of rows {first} to {last} are no array of shape"
-        raise InputRefused(f"{said} ({last - first}, {axes}) between 0 and 1: correct the design")
-    return points
 
 
 def read_spec(
@@ -100,34 +137,37 @@ def spec_of(
         require_known(key, TABLES, f'unknown key "{key}"')
     compute = table_of("compute", content.get("compute", {}))
     made: Computation = computation or named_computation(compute)
-    options = kinds()[made.what].numbers if isinstance(made, NamedComputation) else {}
+    kind = made.kind if isinstance(made, NamedComputation) else None
+    options = made.options if isinstance(made, NamedComputation) else {}
     drives = _drives(content.get("drive"), folder)
     vary = dict(table_of("vary", content.get("vary", {})))
     if len(drives) > 1:
         vary = {DRIVE: {"values": list(drives)}} | vary
 
     def unit(key: str) -> str:
-        return unit_of(key, options, drives.values())
+        return unit_of(key, kind.numbers if kind else {}, drives.values())
 
     varied = varied_keys(vary, unit, folder)
     if not varied:
         raise InputRefused("vary is empty: name at least one key and its values")
-    if isinstance(made, NamedComputation):
-        check_required(made, varied)
+    for name in kind.required if kind else ():
+        if name not in options and f"compute.{name}" not in varied:
+            raise InputRefused(f"compute.{name} is missing: {made.identity} needs it; add it to [compute]")
     axes = axes_of(varied)
     table = table_of("design", content.get("design", {}))
     seed = whole_of("design.seed", table.get("seed", 0), least=0)
     laid_out = design or design_of(table, axes, seed)
-    motion = _quantities(content, "motion", MOTION_UNITS)
-    goals = _quantities(content, "goals", goal_units() if "goals" in content else {})
+    motion, goals = (
+        values_of(table_of(name, content.get(name, {})), units, name)
+        for name, units in ((MOTION, MOTION_UNITS), (GOALS, goal_units() if GOALS in content else {}))
+    )
+    chunk = compute.get("chunk", "auto")
     identity: dict[str, Any] = {f"drive.{name}": content_hash(drive) for name, drive in drives.items()}
     identity |= {f"vary.{key}.{word}": v for key, one in varied.items() for word, v in one.said.items()}
     identity |= {"design.kind": laid_out.identity, "design.rows": laid_out.rows, "design.seed": seed}
     identity |= {"compute.what": made.identity}
-    if isinstance(made, NamedComputation):
-        identity |= {f"compute.{key}": value for key, value in made.options.items()}
-    identity |= {f"motion.{key}": value for key, value in motion.items()}
-    identity |= {f"goals.{key}": value for key, value in goals.items()}
+    for name, values in ((COMPUTE, options), (MOTION, motion), (GOALS, goals)):
+        identity |= {f"{name}.{key}": value for key, value in values.items()}
     return CampaignSpec(
         drives=drives,
         axes=axes,
@@ -136,7 +176,7 @@ def spec_of(
         motion=motion,
         goals=goals,
         seed=seed,
-        chunk=_chunk(compute.get("chunk", AUTO), made),
+        chunk=whole_of("compute.chunk", chunk) if chunk != "auto" else 1 if kind and kind.long else None,
         identity=identity,
     )
 
@@ -151,18 +191,3 @@ def _drives(given: Any, folder: Path) -> dict[str, Drive | RoutedDrive]:
         beside = folder / word
         found[word] = load_drive(beside if beside.is_file() else word)
     return found
-
-
-def _quantities(content: Mapping[str, Any], name: str, units: Mapping[str, str]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in table_of(name, content.get(name, {})).items():
-        require_known(key, units, f'unknown key "{name}.{key}"', f"{name}.")
-        unit, place = units[key], f"{name}.{key}"
-        found[key] = whole_of(place, value) if unit == "count" else quantity_of(place, value, unit)
-    return found
-
-
-def _chunk(given: Any, computation: Computation) -> int | None:
-    if given != AUTO:
-        return whole_of("compute.chunk", given)
-    return 1 if isinstance(computation, NamedComputation) and kinds()[computation.what].long else None

@@ -10,15 +10,14 @@ import os
 import shutil
 import tempfile
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, NUMBER, TEXT, Output
 from cabledrive.campaign.rows import NOT_YET, STORED, UNKNOWN, Chunk, counts
@@ -29,6 +28,10 @@ from cabledrive.parameters.version import __version__
 
 AT_ONCE = 8
 """Files that wait for the disk at a time."""
+FORMAT = 1
+CAMPAIGN = "cabledrive_campaign"
+EXTRA = "campaigns need an extra: pip install 'cabledrive[campaign]'"
+STATUS = "code"
 
 
 def sync_chunk(store: Path, names: Iterable[str], number: int) -> None:
@@ -48,27 +51,9 @@ def sync_chunk(store: Path, names: Iterable[str], number: int) -> None:
         list(pool.map(sync_folder, folders))
 
 
-def sync_tree(folder: Path) -> None:
-    """Bring a folder with all that is in it to the disk."""
-    for path in [*folder.rglob("*"), folder]:
-        if path.is_dir():
-            sync_folder(path)
-        else:
-            _sync(path)
-
-
 def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-FORMAT = 1
-CAMPAIGN = "cabledrive_campaign"
-EXTRA = "campaigns need an extra: pip install 'cabledrive[campaign]'"
-STATUS = "code"
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
 
 
 def zarr_at_hand() -> Any:
@@ -80,16 +65,6 @@ def zarr_at_hand() -> Any:
     return zarr
 
 
-def chunk_bounds(number: int, chunk: int, rows: int) -> tuple[int, int]:
-    """First row of a chunk and the row behind its last one."""
-    return number * chunk, min((number + 1) * chunk, rows)
-
-
-def chunk_count(rows: int, chunk: int) -> int:
-    """Number of chunks."""
-    return -(-rows // chunk)
-
-
 def create(path: Path, spec: CampaignSpec, chunk: int) -> None:
     """Make an empty store of chunks of some rows, whole or not at all; another may have been faster."""
     try:
@@ -99,7 +74,8 @@ def create(path: Path, spec: CampaignSpec, chunk: int) -> None:
         raise InputRefused(f"cannot be written ({why}): choose another place").at(str(path)) from None
     try:
         _fill(folder, spec, chunk)
-        sync_tree(folder)
+        for made in [*folder.rglob("*"), folder]:
+            (sync_folder if made.is_dir() else _sync)(made)
         os.chmod(folder, 0o777 & ~umask())
         with suppress(OSError):  # it is there by now: the caller looks whose it is
             os.rename(folder, path)
@@ -228,13 +204,11 @@ def attributes_of(path: Path) -> dict[str, Any]:
 
 def delete_another(path: Path, spec: CampaignSpec) -> None:
     """Delete a store that is not of this campaign, so that it can begin anew; what is no store is kept."""
-    if (
-        not (path / "zarr.json").is_file()
-        or CAMPAIGN not in zarr_at_hand().open_group(str(path), mode="r").attrs
-    ):
+    if not (path / "zarr.json").is_file():
         return
     try:
-        check_store(path, spec)
+        if CAMPAIGN in zarr_at_hand().open_group(str(path), mode="r").attrs:
+            check_store(path, spec)
     except InputRefused:
         shutil.rmtree(path)
 
@@ -246,25 +220,18 @@ def _short(value: Any) -> str:
 
 def done_chunks(path: Path) -> set[int]:
     """Numbers of the chunks that are done; a status that a loss of power has damaged is deleted."""
-    folder = path / STATUS / "c"
-    try:
-        numbers = {int(entry.name) for entry in os.scandir(folder) if entry.name.isdecimal()}
-    except FileNotFoundError:
-        return set()
-    whole = {number for number in numbers if _status_of(path, number) is not None}
-    for number in numbers - whole:
-        (folder / str(number)).unlink(missing_ok=True)
-    return whole
-
-
-def _status_of(path: Path, number: int) -> NDArray[np.int8] | None:
-    """Status of a chunk's rows; None where its file cannot be read, or does not hold one for each row."""
-    array = open_arrays(path)[STATUS]
-    try:
-        status: NDArray[np.int8] = np.asarray(array.blocks[number])
-    except Exception:  # whatever a damaged file does to its decoder
-        return None
-    return None if (status == NOT_YET).any() else status
+    array, done = open_arrays(path)[STATUS], set[int]()
+    for file in (path / STATUS / "c").glob("*"):
+        if file.name.isdecimal():
+            try:
+                whole = not np.any(array.blocks[int(file.name)] == NOT_YET)  # one for each row
+            except Exception:  # whatever a damaged file does to its decoder
+                whole = False
+            if whole:
+                done.add(int(file.name))
+            else:
+                file.unlink(missing_ok=True)
+    return done
 
 
 @lru_cache(maxsize=4)
@@ -295,15 +262,4 @@ def write_chunk(path: Path, first: int, chunk: Chunk) -> dict[str, int]:
 
 def status_counts(path: Path) -> dict[str, int]:
     """Rows done, refused and failed so far."""
-    status: NDArray[np.int8] = zarr_at_hand().open_group(str(path), mode="r")[STATUS][:]
-    return counts(status)
-
-
-@contextmanager
-def only_driver(path: Path, part: str) -> Iterator[None]:
-    """Keep the store, or a part such as "1 of 4", for this process; refused if another drives it."""
-    from cabledrive.parameters.files import one_process
-
-    folder = path.with_name(f"{path.name}.lock")
-    with one_process(folder / f"part {part}" if part else folder / "whole"):
-        yield
+    return counts(open_arrays(path)[STATUS][:])
