@@ -69,16 +69,17 @@ def close_loop(
     m = machine.mass.size
     q, angle, tension, torque = np.zeros(m), np.zeros(2), np.zeros(2), np.zeros(2)
     body = Body(q, np.zeros(m), angle, np.zeros(2), np.zeros((2, m)), tension)
-    command, held, measurement = np.zeros(2), np.zeros(2), np.zeros(4)
+    command, first, measurement = np.zeros(2), np.zeros(2), np.zeros(4)
+    whole, part = rig.late // rig.substeps, rig.late % rig.substeps
     state, space, work = state.copy(), np.zeros((2, m)), np.zeros(3 * m + 22)
     pull_of(machine, body)
     for i in range(2):  # at rest the motors hold the lines
         torque[i] = machine.drum[i] * tension[i]
-        command[i] = held[i] = torque[i]
+        command[i] = first[i] = torque[i]
     for k in range(len(reference)):
         for i in range(2):
             measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
-            measurement[2 + i], held[i] = tension[i] + rig.noise[k, i], command[i]
+            measurement[2 + i] = tension[i] + rig.noise[k, i]
         step_in_place(gains, state, measurement, reference[k], command, space, work)
         for j in range(m):
             record[k, j] = q[j]
@@ -89,8 +90,9 @@ def close_loop(
             record[k, m + 4 + i], record[k, m + 7 + i] = angle[i], state[3 * m + 7 + i]
         record[k, m + 6] = state[3 * m + 6]
         for s in range(rig.substeps):
+            sent = k - whole if s >= part else k - whole - 1  # the sample whose command arrives
             for i in range(2):
-                wanted = command[i] if s >= rig.late else held[i]
+                wanted = record[sent, m + 2 + i] if sent >= 0 else first[i]
                 torque[i] = wanted + rig.lag * (torque[i] - wanted)
             move(machine, body, gains.interval / rig.substeps, torque, force[k])
             for i in range(2):
@@ -178,6 +180,8 @@ class PlantRun:
     record: Array
     least: Array  # (2,): least tension, between samples as well [N]
     substeps: int
+    late: int  # delay from sampling to torque, in internal steps
+    lag: float  # part of the distance to the commanded torque that remains after an internal step
 
 
 def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Generator) -> PlantRun:
@@ -204,7 +208,7 @@ def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Gene
     record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
     state = first_state(gains, setup.machine.tension)
     ended = close_loop(actual, gains, state, rig, (table, force), (record, least))
-    return PlantRun(record=record[:ended], least=least, substeps=substeps)
+    return PlantRun(record=record[:ended], least=least, substeps=substeps, late=rig.late, lag=rig.lag)
 
 
 def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
@@ -317,9 +321,12 @@ _SLOW, _AT_ONE = 0.2, 1e-12
 
 
 def loop_poles(
-    machine: TwoMotors, gains: TensionGains, place: Array, substeps: int
+    machine: TwoMotors, gains: TensionGains, place: Array, done: PlantRun
 ) -> NDArray[np.complex128]:
-    """Poles of the loop about the body at rest at a place [m], without dead beats, shape (p,) [rad/s]."""
+    """Poles of the loop about the body at rest at a place [m], without dead beats, shape (p,) [rad/s].
+
+    ``done``: a run, whose steps, delay and torque loop it has.
+    """
     still = machine._replace(turning_coulomb=np.zeros(2), coulomb=np.zeros_like(machine.coulomb))
     believed = gains._replace(machine=still)
     along, length, free = lines_along(still, place[None])
@@ -329,20 +336,25 @@ def loop_poles(
     m = place.size
     state[:m], state[3 * m + 4 : 3 * m + 6] = place, angle
     reference = np.concatenate([place, np.zeros(2 * m + 2)])
-    rest = np.concatenate([place, np.zeros(m), angle, np.zeros(2), state[: 3 * m + 6]])
+    whole, part = divmod(done.late, done.substeps)
+    holding = np.tile(still.drum * tension, whole + 2)  # torques, and those commanded before
+    rest = np.concatenate([place, np.zeros(m), angle, np.zeros(2), state[: 3 * m + 6], holding])
     size = np.ones(rest.size)
-    size[5 * m + 4 : 5 * m + 8] = tension.max()
+    size[5 * m + 4 : 5 * m + 8], size[-holding.size :] = tension.max(), np.abs(holding).max()
 
     def following(x: Array) -> Array:
         """The loop one sample later."""
         q, v, turned, turn = (part.copy() for part in np.split(x[: 2 * m + 4], [m, 2 * m, 2 * m + 2]))
         body, own = Body(q, v, turned, turn, np.zeros((2, m)), np.zeros(2)), state.copy()
-        own[: 3 * m + 6] = x[2 * m + 4 :]
+        own[: 3 * m + 6] = x[2 * m + 4 : -holding.size]
+        torque, *past = x[-holding.size :].reshape(-1, 2)
         pull_of(still, body)
-        own, torque = step(believed, own, np.concatenate([body.angle, body.tension]), reference)
-        for _ in range(substeps):
-            move(still, body, gains.interval / substeps, torque, np.zeros(m))
-        return np.concatenate([q, v, turned, turn, own[: 3 * m + 6]])
+        own, command = step(believed, own, np.concatenate([body.angle, body.tension]), reference)
+        for s in range(done.substeps):
+            wanted = (command, *past)[whole if s >= part else whole + 1]
+            torque = wanted + done.lag * (torque - wanted)
+            move(still, body, gains.interval / done.substeps, torque, np.zeros(m))
+        return np.concatenate([q, v, turned, turn, own[: 3 * m + 6], torque, command, *past[:whole]])
 
     columns = [
         (following(rest + h) - following(rest - h)) / (2.0 * DIFFERENCE) for h in DIFFERENCE * np.diag(size)
@@ -351,8 +363,8 @@ def loop_poles(
     return np.asarray(np.log(values[np.abs(values) > _SLOW]) / gains.interval)
 
 
-def least_damping(machine: TwoMotors, gains: TensionGains, places: Array, substeps: int) -> float:
+def least_damping(machine: TwoMotors, gains: TensionGains, places: Array, done: PlantRun) -> float:
     """Least damping ratio of all poles over some places, shape (places, m); negative: unstable."""
-    poles = np.concatenate([loop_poles(machine, gains, place, substeps) for place in places])
+    poles = np.concatenate([loop_poles(machine, gains, place, done) for place in places])
     poles = poles[np.abs(poles) > _AT_ONE]
     return float((-poles.real / np.abs(poles)).min())

@@ -114,7 +114,7 @@ def summarize(
         "seed": seed,
     }
     places = setup.table[:: max(1, len(setup.table) // PLACES), :m]
-    damping = least_damping(machine.numbers, gains, places, done.substeps)
+    damping = least_damping(machine.numbers, gains, places, done)
     summary["least_damping"] = damping
     broken = _broken(setup, force, saturated)
     if damping <= 0.0:

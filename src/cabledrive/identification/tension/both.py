@@ -31,7 +31,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 
 SPANS = ("upper", "lower")
-SPLIT_EXCESS = 1.5
+SPLIT_EXCESS = 1.7
 """Density of what is left about the tones, over that elsewhere, from which one family may be two."""
 BETTER = 0.8
 """Sum of squares of two families, over that of one, from which two are taken to be there."""

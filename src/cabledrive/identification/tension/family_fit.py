@@ -143,7 +143,8 @@ def excess(prepared: PreparedRecording, fit: TonesFit, family: int) -> float:
     own = fit.tones.family == family
     reach = ABOUT * line_widths(fit, prepared.duration)[own]
     near = np.abs(frequency[:, None] - fit.tones.frequency[own]) < reach
-    about = np.array([density[column].mean() if column.any() else 0.0 for column in near.T])
+    fitted = 2.0 + 0.5 * fit.resolved[own]  # lines that amplitude, frequency, decay and rise take with them
+    about = (density @ near) / np.maximum(near.sum(axis=0) - fitted, 1.0)
     weights = (fit.amplitude[own] * fit.tones.frequency[own]) ** 2
     return float(weights @ about / weights.sum() / density.mean())
 
