@@ -8,6 +8,7 @@ import pytest
 
 from cabledrive.report.blocks import Figure
 from cabledrive.report.study.controller import acceptance_chapter
+from cabledrive.rig.plant_samples import Draws
 from cabledrive.rig.setting import DEGREE
 from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.study.acceptance_stage import TriedLaws, accept
@@ -142,3 +143,12 @@ def test_a_run_that_flies_apart_leaves_plain_numbers():
     text = json.dumps(as_plain(runs), allow_nan=False)
     assert "1e9" not in text
     assert "1000000000" not in text
+
+
+def test_quantiles_count_runs_that_ended_early_as_worse_than_any_error():
+    """Of ten runs with errors of 1 to 10 deg the last two ended early: the median is known, the worst not."""
+    peak = tuple(n * DEGREE for n in range(1, 11))
+    runs = Draws(peak=peak, later_peak=peak, failed=(False,) * 8 + (True,) * 2)
+    assert runs.quantile(0.5, learns=False) == pytest.approx(5.5)
+    assert runs.quantile(0.99, learns=True) is None
+    assert runs.quantile(1.0, learns=False) is None

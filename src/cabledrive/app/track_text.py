@@ -34,10 +34,12 @@ def track_text(drive: Drive, said: dict[str, Any]) -> str:
         lines.append(f"  {said['motor_reason']}")
     if "over_draws" in said:
         over = said["over_draws"]
-        lines.append(
-            f"  over {over['draws']} draws   median {over['median_peak_error_deg']:.4f}, "
-            f"worst {over['worst_peak_error_deg']:.4f} deg"
+        median, worst = (
+            "none" if (value := over[f"{name}_peak_error_deg"]) is None else f"{value:.4f}"
+            for name in ("median", "worst")
         )
+        ended = f"; {over['failed']} ended early" if over["failed"] else ""
+        lines.append(f"  over {over['draws']} draws   median {median}, worst {worst} deg{ended}")
         if over.get("flanks_closed") is not None:
             lines.append(f"   flanks of the pair closed in {over['flanks_closed']}")
         if over["expected_bound_deg"] is not None:

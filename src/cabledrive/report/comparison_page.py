@@ -67,8 +67,10 @@ def errors_table(said: dict[str, Any]) -> Table:
         rows.append(
             (
                 one["name"],
-                number(one["median_deg"], 3),
-                number(one["error_99_deg"], 3),
+                *(
+                    "none" if one[key] is None else number(one[key], 3)
+                    for key in ("median_deg", "error_99_deg")
+                ),
                 number(one["worst_deg"], 3),
                 number(one["worst_whole_run_deg"], 3),
                 percent(one["share_within"], ""),

@@ -21,7 +21,7 @@ from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair, in_steps
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
-from cabledrive.rig.setting import Payload, Spreads
+from cabledrive.rig.setting import DEGREE, Payload, Spreads
 
 CONFIDENCE = 0.95
 
@@ -57,6 +57,12 @@ class Draws:
     def errors(self, *, learns: bool) -> Array:
         """Error of each run, after the first pulse of a law that learns; infinite where it ended early."""
         return np.where(np.array(self.failed, dtype=bool), inf, self.later_peak if learns else self.peak)
+
+    def quantile(self, share: float, *, learns: bool) -> float | None:
+        """Error [deg] that this share of the runs keeps; None where runs that ended early reach into it."""
+        with np.errstate(invalid="ignore"):
+            found = float(np.quantile(self.errors(learns=learns), share)) / DEGREE
+        return found if np.isfinite(found) else None
 
     def rank(self, goal: float, *, learns: bool) -> tuple[float, float]:
         """Share of plants outside the goal [rad], then the largest error: smaller is better, no runs last."""

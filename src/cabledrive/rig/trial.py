@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from math import inf
 from typing import Any
 
 import numpy as np
@@ -70,12 +69,13 @@ def over_draws(loop: Loop, spec: DesignSpec, draws: int, seed: int) -> dict[str,
     plants = sampled_loops(loop, draws, seed)
     learns = loop.controller.name == INDIRECT and loop.controller.own is None and loop.motion.pulses > 1
     found = over(plants, lambda one: run_indirect(spec, one)[1]) if learns else over(plants)
-    peak = np.array(found.later_peak if learns else found.peak) / DEGREE
-    words: dict[str, Any] = {
-        "draws": draws,
-        "median_peak_error_deg": float(np.median(peak)),
-        "peak_error_99_deg": float(np.quantile(peak, 0.99)),
-        "worst_peak_error_deg": float(peak.max()),
+    statistics = (("median_peak_error", 0.5), ("peak_error_99", 0.99), ("worst_peak_error", 1.0))
+    words: dict[str, Any] = {"draws": draws}
+    for name, share in statistics:
+        words[f"{name}_deg"] = value = found.quantile(share, learns=learns)
+        if value is None:
+            words[f"{name}_deg_reason"] = f"{sum(found.failed)} of {draws} runs ended early"
+    words |= {
         "worst_first_pulse_error_deg": max(found.first_peak) / DEGREE,
         "worst_torque": max(found.peak_torque),
         "failed": sum(found.failed),
@@ -322,9 +322,8 @@ def best_words(spec: DesignSpec) -> dict[str, Any]:
     tuned, reached = best_law(_compared(spec))
     several, found = spec.motion.pulses > 1, []
     for name, scores in reached:
-        errors = scores.errors(learns=several and name in LEARNS) if scores.peak else np.full(1, inf)
-        figures = {"worst_deg": errors.max() / DEGREE, "median_deg": np.median(errors / DEGREE)}
-        seen = {key: float(one) if np.isfinite(one) else None for key, one in figures.items()}
+        learns, shares = several and name in LEARNS, (("worst_deg", 1.0), ("median_deg", 0.5))
+        seen = {key: scores.quantile(share, learns=learns) if scores.peak else None for key, share in shares}
         found.append({"name": name} | seen)
     return {
         "controller": tuned.controller,

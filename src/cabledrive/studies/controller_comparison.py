@@ -53,7 +53,7 @@ class Comparison(ResultCard):
         rows = []
         for one in self.summary["controllers"]:
             worst, median = one["worst_deg"], one["median_deg"]
-            words = one["reason"] if worst is None else f"median {median:.4f}, worst {worst:.4f} deg"
+            words = one["reason"] if median is None else f"median {median:.4f}, worst {worst:.4f} deg"
             rows.append((one["name"], words))
         return [("Comparison", f"{self.summary['draws']} plants"), *rows]
 
@@ -62,6 +62,7 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
     """One row of the answer: errors in degrees, torques in N m, margins; ``goal`` [rad]."""
     tuning, scores = law.tuning, law.scores
     lasted, errors = ~np.array(scores.failed, dtype=bool), scores.later_peak if law.learns else scores.peak
+    failed = int(np.count_nonzero(~lasted))
     inside, runs = int(np.count_nonzero(scores.errors(learns=law.learns) <= goal)), len(errors)
 
     def degrees(statistic: Callable[..., Any], values: Any) -> float | None:
@@ -77,12 +78,12 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
         "phase_margin_deg": None if (phase := tuning.margins.get("phase")) is None else phase / DEGREE,
         "torque_ripple": tuning.margins.get("ripple"),
         "tuning_seconds": tuning.seconds,
-        "reason": tuning.reason,
+        "reason": tuning.reason or (f"{failed} of {runs} runs ended early" if failed else tuning.reason),
         "runs": runs,
-        "failed": int(np.count_nonzero(~lasted)),
+        "failed": failed,
         "worst_deg": degrees(np.max, errors),
-        "median_deg": degrees(np.median, errors),
-        "error_99_deg": degrees(lambda lasting: np.quantile(lasting, 0.99), errors),
+        "median_deg": scores.quantile(0.5, learns=law.learns) if runs else None,
+        "error_99_deg": scores.quantile(0.99, learns=law.learns) if runs else None,
         "worst_whole_run_deg": degrees(np.max, scores.peak),
         "worst_later_deg": degrees(np.max, scores.later_peak),
         "share_within": inside / runs if runs else None,
