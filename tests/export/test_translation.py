@@ -62,6 +62,12 @@ def without_result(x: float) -> float:
         return x
 
 
+def with_two_results(x: float) -> float:
+    if x > 0.0:
+        return x
+    return x > 1.0
+
+
 def floor_of_unknown(n: int) -> int:
     return n // 2
 
@@ -89,6 +95,7 @@ def with_print(x: float) -> float:
         (beyond_the_end, [VECTOR], "element 4 of 4"),
         (after_its_loop, [VECTOR], "after its loop"),
         (without_result, [Scalar(REAL)], "without a result"),
+        (with_two_results, [Scalar(REAL)], "another type than before"),
         (floor_of_unknown, [Scalar(INT)], "//"),
         (impure_inside, [VECTOR], "changes something"),
         (with_print, [Scalar(REAL)], "print"),

@@ -49,9 +49,8 @@ def plain_rows(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> PlainR
 
 def _build(drive: Any) -> tuple[Any, ...] | None:
     """What loops of one batch have in common; None of what is no plain loop."""
-    if not isinstance(drive, Drive) or drive.kind != "loop" or drive.carriage:
-        return None
-    if any(pulley.fixed for pulley in drive.pulley):
+    plain = isinstance(drive, Drive) and drive.kind == "loop" and not drive.carriage
+    if not plain or any(pulley.fixed for pulley in drive.pulley):
         return None
     motor = drive.motor
     return (

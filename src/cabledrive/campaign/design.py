@@ -75,8 +75,11 @@ class NamedDesign:
         return ("scipy.stats.qmc",) if self.kind in ("sobol", "halton", "lhs", "saltelli") else ()
 
     def points(self, first: int, last: int) -> Array:
-        """Points of rows, (last - first, axes)."""
-        return np.asarray(POINTS[self.kind](self, first, last))
+        """Points of rows, (last - first, axes); of some kinds in groups, whole ones are made."""
+        size = self.axes + GROUPED[self.kind] if self.kind in GROUPED else 1
+        begin, end = first // size, -(-last // size)
+        points = np.reshape(POINTS[self.kind](self, begin, end), (-1, self.axes))
+        return np.asarray(points[first - begin * size : last - begin * size])
 
 
 def _grid(design: NamedDesign, first: int, last: int) -> Array:
@@ -125,34 +128,32 @@ def _whole_hypercube(rows: int, axes: int, seed: int) -> Array:
     return np.asarray(qmc.LatinHypercube(axes, rng=np.random.default_rng(seed)).random(rows))
 
 
-def _saltelli(design: NamedDesign, first: int, last: int) -> Array:
+def _saltelli(design: NamedDesign, begin: int, end: int) -> Array:
     """Groups of k + 2 rows: a point of sample A, one of B, then A with each column in turn from B."""
     k, size = design.axes, design.axes + 2
-    begin, end = first // size, -(-last // size)
     pairs = NamedDesign(kind="sobol", rows=design.rows // size, axes=2 * k, seed=design.seed)
     both = pairs.points(begin, end)
     groups = np.repeat(both[:, None, :k], size, axis=1)
     groups[:, 1] = both[:, k:]
     for axis in range(k):
         groups[:, 2 + axis, axis] = both[:, k + axis]
-    return groups.reshape(-1, k)[first - begin * size : last - begin * size]
+    return groups
 
 
-def _morris(design: NamedDesign, first: int, last: int) -> Array:
+def _morris(design: NamedDesign, begin: int, end: int) -> Array:
     """Paths of k + 1 rows through a grid of four levels: each step moves one axis, in random order.
 
     The levels are the middles of quarters, so that distributions without ends have them too; a step is two
     levels, half of the interval. A path has random numbers of its own.
     """
     k, size = design.axes, design.axes + 1
-    begin, end = first // size, -(-last // size)
     paths = np.empty((end - begin, size, k))
-    for place, number in enumerate(range(begin, end)):
+    for path, number in zip(paths, range(begin, end), strict=True):
         generator = np.random.default_rng(np.random.SeedSequence(design.seed, spawn_key=(number,)))
         low, up = generator.integers(2, size=k), generator.integers(2, size=k)
         moved = np.argsort(generator.permutation(k))[None, :] < np.arange(size)[:, None]
-        paths[place] = (low + 2 * (up ^ moved) + 0.5) / MORRIS_LEVELS
-    return paths.reshape(-1, k)[first - begin * size : last - begin * size]
+        path[:] = (low + 2 * (up ^ moved) + 0.5) / MORRIS_LEVELS
+    return paths
 
 
 POINTS = {

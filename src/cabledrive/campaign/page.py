@@ -12,9 +12,8 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from cabledrive.campaign.results import Results, open_results
+from cabledrive.campaign.results import FEWEST_ROWS, Results, open_results, tolerance
 from cabledrive.campaign.spec import DRIVE, settings_of
-from cabledrive.campaign.tolerance import FEWEST_ROWS, Tolerance, tolerance
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.tables import drive_from_tables
 from cabledrive.parameters.toml_values import toml_of
@@ -32,6 +31,8 @@ QUANTILES = (0.0, 0.01, 0.5, 0.99, 1.0)
 STATUS_WORDS = {0: "done", 1: "defect", 2: "refused", 3: "not completed"}
 
 
+Judged = dict[str, Any] | None
+"""What `tolerance` gives; None without goals."""
 METHOD = "rows by their number alone; yield by Clopper and Pearson; a key with the others as they are"
 CHOICE = Markup(
     '<div class="choice"><label>across <select id="x"></select></label> '
@@ -54,6 +55,9 @@ def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:
     judged = tolerance(store, list(goals), target=0.99) if goals else None
     columns, counts = _columns(results), results.counts
     identity = results.attributes["campaign"]
+    hashes = [(k.removeprefix("drive."), str(v)) for k, v in identity.items() if k.startswith("drive.")]
+    about = [(k, str(v)) for k, v in identity.items() if not k.startswith("drive.")]
+    shown = [(k, f"{text[:77]}..." if len(text) > 80 else text) for k, text in about]
     chapters = (
         Chapter(title="Yield", anchor="yield", blocks=(*_yield(judged, counts), *_reasons(results))),
         Chapter(title="Rows", anchor="rows", blocks=_charts(results, columns, judged)),
@@ -62,24 +66,17 @@ def campaign_page(store: str | Path, goals: Sequence[str] = ()) -> str:
         Chapter(
             title="The campaign",
             anchor="campaign",
-            blocks=(table("What was varied and computed.", "key | value", _about(identity)),),
+            blocks=(table("What was varied and computed.", "key | value", shown),),
             methods=(METHOD,),
         ),
     )
-    hashes = ((k.partition(".")[2], str(v)) for k, v in identity.items() if k.startswith("drive."))
     done = f"{counts['done']} of {counts['rows']} rows computed: {counts['refused']} refused"
     return page_of(
         f"Campaign {Path(store).name}", f"{done}, {counts['failed']} not completed.", chapters, hashes
     )
 
 
-def _about(identity: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What makes the campaign, but for its drives, whose hashes stand at the end of the page."""
-    said = {key: str(value) for key, value in identity.items() if not key.startswith("drive.")}
-    return [(key, f"{text[:77]}..." if len(text) > 80 else text) for key, text in said.items()]
-
-
-def _yield(judged: Tolerance | None, counts: Mapping[str, int]) -> Iterator[Block]:
+def _yield(judged: Judged, counts: Mapping[str, int]) -> Iterator[Block]:
     """The share of the rows that hold the goals, and what each key does to it."""
     if judged is None:
         few = f" A yield needs at least {FEWEST_ROWS} rows." if counts["done"] < FEWEST_ROWS else ""
@@ -91,16 +88,22 @@ def _yield(judged: Tolerance | None, counts: Mapping[str, int]) -> Iterator[Bloc
             + few
         )
         return
-    goals = Markup(" and ").join(Markup("<code>{}</code>").format(goal.text) for goal in judged.goals)
+    goals = Markup(" and ").join(Markup("<code>{}</code>").format(goal.text) for goal in judged["goals"])
     yield Paragraph(
         text=Markup(
             "{:.2f} % of {} rows hold {} (95 % interval {:.2f} to {:.2f} %). Rows that were refused or not "
             "completed count as misses."
-        ).format(100 * judged.share, judged.rows, goals, 100 * judged.share_low, 100 * judged.share_high)
+        ).format(
+            100 * judged["yield"],
+            judged["rows"],
+            goals,
+            100 * judged["yield_low"],
+            100 * judged["yield_high"],
+        )
     )
     rows = [
         (
-            key + (f" [{one['unit']}]" if one["unit"] != "1" else ""),
+            _headed(key, one["unit"]),
             "none"
             if one["tightened"] is None
             else f"{_short(one['tightened']['low'])} to {_short(one['tightened']['high'])}",
@@ -109,19 +112,17 @@ def _yield(judged: Tolerance | None, counts: Mapping[str, int]) -> Iterator[Bloc
             f"{100 * one['share_at_low']:.1f} %",
             f"{100 * one['share_at_high']:.1f} %",
         )
-        for key, one in judged.keys.items()
+        for key, one in judged["keys"].items()
     ]
     yield table(
         "What limits the rest: yield of the twentieth of the rows at each end of a key, and the widest "
-        f"interval of that key alone in which {100 * judged.target:.4g} % hold.",
+        f"interval of that key alone in which {100 * judged['target']:.4g} % hold.",
         "key | interval that is enough | from [] | to [] | yield at the low end [] | at the high end []",
         rows,
     )
 
 
-def _charts(
-    results: Results, columns: dict[str, NDArray[np.float64]], judged: Tolerance | None
-) -> tuple[Block, ...]:
+def _charts(results: Results, columns: dict[str, NDArray[np.float64]], judged: Judged) -> tuple[Block, ...]:
     """Points of two columns, lines across all, and the script that draws them."""
     folder = resources.files("cabledrive.campaign") / "templates"
     text = {
@@ -191,22 +192,23 @@ def _quantiles(results: Results, columns: dict[str, NDArray[np.float64]]) -> Tab
     for name, values in columns.items():
         kept = values[np.isfinite(values) & (results.code == 0)]
         if name not in results.keys and kept.size:
-            rows.append((_headed(results, name), *(_short(v) for v in np.quantile(kept, QUANTILES))))
+            rows.append(
+                (_headed(name, results.unit(name)), *(_short(v) for v in np.quantile(kept, QUANTILES)))
+            )
     heads = "output | smallest [] | 1 % [] | median [] | 99 % [] | largest []"
     return table("Over the rows that are done.", heads, rows)
 
 
-def _headed(results: Results, name: str) -> str:
-    unit = results.unit(name)
+def _headed(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit not in ("1", "") else name
 
 
-def _machines(results: Results, columns: dict[str, NDArray[np.float64]], judged: Tolerance | None) -> Table:
+def _machines(results: Results, columns: dict[str, NDArray[np.float64]], judged: Judged) -> Table:
     """Rows that miss a goal by most; without a goal those farthest from the median of the first output."""
     outputs = [name for name in columns if name not in results.keys]
     distance = np.full(results.code.size, np.nan)
     if judged is not None:
-        distance = np.max([_excess(results, goal) for goal in judged.goals], axis=0)
+        distance = np.max([_excess(results, goal) for goal in judged["goals"]], axis=0)
     elif outputs and np.isfinite(columns[outputs[0]]).any():
         distance = np.abs(columns[outputs[0]] - np.nanmedian(columns[outputs[0]]))
     known = np.flatnonzero(np.isfinite(distance) & (results.code == 0))
@@ -220,16 +222,6 @@ def _machines(results: Results, columns: dict[str, NDArray[np.float64]], judged:
     return table(f"{far}; each with its drive file.", heads, rows)
 
 
-def _link(results: Results, row: int) -> Markup:
-    """The drive file of a row as a link that holds it; empty where its values make none."""
-    file = _file_of(results, row)
-    return (
-        Markup('<a download="row-{0}.toml" href="{1}">row-{0}.toml</a>').format(row, file)
-        if file
-        else Markup("")
-    )
-
-
 def _excess(results: Results, goal: Any) -> NDArray[np.float64]:
     """How far each row lies beyond a limit, over the spread of the output."""
     values = results.output(goal.output)
@@ -237,24 +229,23 @@ def _excess(results: Results, goal: Any) -> NDArray[np.float64]:
     return np.asarray((values - goal.limit if goal.below else goal.limit - values) / spread)
 
 
-def _file_of(results: Results, row: int) -> str:
-    """The drive file of a row as a link."""
+def _link(results: Results, row: int) -> Markup:
+    """The drive file of a row as a link that holds it; empty where its values make none."""
     files = results.attributes["drives"]
     values: dict[str, Any] = {}
     for key in results.attributes["varied"]:
-        value = results.group[key][row]
-        kind = results.group[key].dtype.kind
-        values[key] = float(value) if kind == "f" else bool(value) if kind == "i" else str(value)
+        array = results.group[key]
+        values[key] = {"f": float, "i": bool}.get(array.dtype.kind, str)(array[row])
     name = values.get(DRIVE, next(iter(files)))
     try:
-        base = drive_from_tables(toml_of(files[name].encode()))
-        drive = varied_together(base, settings_of(values, ""))
+        drive = varied_together(drive_from_tables(toml_of(files[name].encode())), settings_of(values, ""))
     except InputRefused:
-        return ""
-    return "data:application/toml;base64," + b64encode(drive_text(drive).encode()).decode()
+        return Markup("")
+    file = "data:application/toml;base64," + b64encode(drive_text(drive).encode()).decode()
+    return Markup('<a download="row-{0}.toml" href="{1}">row-{0}.toml</a>').format(row, file)
 
 
-def _data(results: Results, columns: dict[str, NDArray[np.float64]], judged: Tolerance | None) -> str:
+def _data(results: Results, columns: dict[str, NDArray[np.float64]], judged: Judged) -> str:
     """Points and lines of the figures: a sample of the rows, and whether each holds the goals."""
     rows = np.flatnonzero(results.code >= 0)
     if rows.size > MOST_POINTS:
@@ -264,7 +255,7 @@ def _data(results: Results, columns: dict[str, NDArray[np.float64]], judged: Tol
         rows = np.sort(np.concatenate((bad, drawn)))
     good = results.code[rows] == 0
     if judged is not None:
-        good &= np.all([goal.holds(results)[rows] for goal in judged.goals], axis=0)
+        good &= np.all([goal.holds(results)[rows] for goal in judged["goals"]], axis=0)
     return json.dumps(
         {
             "rows": rows.tolist(),

@@ -1,4 +1,4 @@
-r"""A store read again, and on which keys its outputs depend: Sobol indices, elementary effects.
+r"""A store read again: on which keys its outputs depend, and the yield against goals.
 
 With :math:`f` on the samples A, B and on A with column i taken from B,
 
@@ -25,21 +25,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.campaign.design import GROUPED, MORRIS_STEP, NamedDesign
-from cabledrive.campaign.rows import DONE, REFUSED
-from cabledrive.campaign.store import STATUS, attributes_of, zarr_at_hand
+from cabledrive.campaign.rows import BESIDE, STATUS, counts
+from cabledrive.campaign.store import attributes_of, zarr_at_hand
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
-
-BESIDE = (STATUS, "reason", "seed", "time")
-"""Variables that are neither keys nor outputs."""
+from cabledrive.parameters.units import to_si
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Results:
     """A store."""
 
-    path: Path
     attributes: dict[str, Any]  # what the store says of itself
     group: Any
     code: NDArray[np.int8]  # (rows,): status
@@ -86,12 +83,7 @@ class Results:
     @property
     def counts(self) -> dict[str, int]:
         """Rows in all, with a status, refused, and not completed."""
-        return {
-            "rows": int(self.code.size),
-            "done": int(np.count_nonzero(self.code >= 0)),
-            "refused": int(np.count_nonzero(self.code == REFUSED)),
-            "failed": int(np.count_nonzero((self.code > DONE) & (self.code != REFUSED))),
-        }
+        return {"rows": int(self.code.size)} | counts(self.code)
 
 
 def open_results(path: str | Path) -> Results:
@@ -102,7 +94,7 @@ def open_results(path: str | Path) -> Results:
     code = np.asarray(group[STATUS][:])
     if not np.any(code >= 0):
         raise InputRefused("no row is done yet: run the sweep first").at(str(path))
-    return Results(path=path, attributes=attributes, group=group, code=code)
+    return Results(attributes=attributes, group=group, code=code)
 
 
 RESAMPLES = 1000
@@ -132,14 +124,12 @@ def influence(store: str | Path, output: str, *, generator: np.random.Generator)
             f"{len(kept)} of {len(values)} groups are done in all their rows, {FEWEST_GROUPS} are needed: "
             "finish the sweep, or narrow what is varied"
         ).at(str(store))
-    counts = results.counts
     found = {
         "output": output,
         "rows": kept.size,
         "groups": len(kept),
         "groups_left_out": len(values) - len(kept),
-        "refused": counts["refused"],
-        "failed": counts["failed"],
+        **{name: results.counts[name] for name in ("refused", "failed")},
     }
     if kind == "morris":
         seed = int(campaign["design.seed"])
@@ -164,11 +154,13 @@ def indices(groups: Array, generator: np.random.Generator) -> list[list[dict[str
 
     ``groups``, (N, k + 2): values at A, B, then at A with each column from B.
     """
-    low, high = _interval(groups, _estimates, generator)
-    return [
-        [{"value": float(v), "low": float(a), "high": float(b)} for v, a, b in zip(*triple, strict=True)]
-        for triple in zip(_estimates(groups), low, high, strict=True)
-    ]
+    values = zip(_estimates(groups), *_interval(groups, _estimates, generator), strict=True)
+    return [[_valued(*one) for one in zip(*triple, strict=True)] for triple in values]
+
+
+def _valued(value: float, low: float, high: float) -> dict[str, float]:
+    """A value with the ends of its interval, as plain data."""
+    return {"value": float(value), "low": float(low), "high": float(high)}
 
 
 def _interval(rows: Array, estimate: Callable[[Array], Array], generator: np.random.Generator) -> Array:
@@ -203,5 +195,140 @@ def _summaries(effects: Array, generator: np.random.Generator) -> Iterator[dict[
     low, high = _interval(size, lambda rows: np.asarray(rows.mean(axis=0)), generator)
     columns = (size.mean(axis=0), low, high, effects.mean(axis=0), effects.std(axis=0, ddof=1))
     for value, a, b, mean, deviation in np.column_stack(columns).tolist():
-        sized = {"value": value, "low": a, "high": b}
-        yield {"mean_size": sized, "mean": mean, "deviation": deviation}
+        yield {"mean_size": _valued(value, a, b), "mean": mean, "deviation": deviation}
+
+
+Flags = NDArray[np.bool_]
+
+BINS = 20
+"""Equal counts of rows along a key."""
+FEWEST_ROWS = 100
+_GOAL = re.compile(r"\s*([\w\[\]]+)\s*(<=|>=|<|>)\s*(.+?)\s*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitOf:
+    """A goal: a limit of an output."""
+
+    output: str
+    below: bool  # whether the limit is an upper one; the limit itself is allowed
+    limit: float  # in the unit of the output
+    text: str
+
+    def holds(self, results: Results) -> Flags:
+        """Whether each row holds it, shape (rows,); rows without the output do not."""
+        values = results.output(self.output)
+        return np.asarray(values <= self.limit if self.below else values >= self.limit)
+
+
+def goal_of(text: str, results: Results) -> LimitOf:
+    """A goal from its text, ``longitudinal_hz[0] > 5.8 Hz``; refused: none, no output, another unit."""
+    found = _GOAL.fullmatch(text)
+    if found is None:
+        raise InputRefused(f'--goal "{text[:60]}" is none: write such as "peak_error_deg < 0.05 deg"')
+    results.output(found[1])
+    unit = results.unit(found[1])
+    try:
+        limit = to_si(found[3], unit) if unit == "1" else _in_unit(found[3], unit)
+    except InputRefused as refusal:
+        raise InputRefused(f"--goal {found[1]}: {refusal}") from None
+    return LimitOf(output=found[1], below=found[2] in ("<", "<="), limit=limit, text=text.strip())
+
+
+def _in_unit(text: str, unit: str) -> float:
+    """A limit in the unit of its output, which may be deg or mm; a bare number is taken to be in it."""
+    try:
+        return float(text)
+    except ValueError:
+        return to_si(text, unit) / to_si(f"1 {unit}", unit)
+
+
+def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> dict[str, Any]:
+    """Yield against goals such as ``"peak_error_deg < 0.05 deg"``, all of which have to hold, key by key.
+
+    Plain data but for the goals; rows that were refused or not completed do not hold. Of each key, the one
+    whose tightening gains most first: its ends in the campaign (``low``, ``high``, SI), the yield of the
+    twentieth of the rows at either end, the gain of the yield per SI unit by which an end is drawn in, and
+    ``tightened``, the widest interval of it alone in which the yield reaches the target, or None. Refused: a
+    goal that is not understood, no goal, fewer than 100 rows done.
+    """
+    from scipy.stats import binomtest
+
+    results = open_results(store)
+    if not goals:
+        raise InputRefused('--goal is missing: give such as --goal "peak_error_deg < 0.05 deg"')
+    if not 0.0 < target <= 1.0:
+        raise InputRefused(f"target = {target:.6g} must be above 0 and at most 1: give a share of the rows")
+    limits = [goal_of(text, results) for text in goals]
+    done = results.code >= 0
+    if np.count_nonzero(done) < FEWEST_ROWS:
+        raise InputRefused(
+            f"{np.count_nonzero(done)} rows are done, {FEWEST_ROWS} are needed: finish the sweep"
+        )
+    fine = results.code[done] == 0
+    each = [limit.holds(results)[done] & fine for limit in limits]
+    held = np.all(each, axis=0)
+    interval = binomtest(int(held.sum()), held.size).proportion_ci(CONFIDENCE, "exact")
+    columns = {key: results.key(key)[done] for key in results.keys}
+    keys = {
+        key: _key_tolerance(values, held, results.unit(key), target)
+        for key, values in columns.items()
+        if np.ptp(values) > 0.0
+    }
+
+    def gain(key: str) -> float:
+        one = keys[key]
+        return float((one["high"] - one["low"]) * max(one["gain_per_low"], one["gain_per_high"]))
+
+    return {
+        "goals": limits,
+        "target": target,
+        "yield": float(held.mean()),
+        "yield_low": float(interval.low),
+        "yield_high": float(interval.high),
+        "keys": {key: keys[key] for key in sorted(keys, key=gain, reverse=True)},
+        "rows": int(held.size),
+        "held": int(held.sum()),
+        **{name: results.counts[name] for name in ("refused", "failed")},
+        "missed": {one.text: int(np.count_nonzero(fine & ~ok)) for one, ok in zip(limits, each, strict=True)},
+    }
+
+
+def _key_tolerance(values: Array, held: Flags, unit: str, target: float) -> dict[str, Any]:
+    r"""Yield along one key.
+
+    Of an interval with a share :math:`d` of the rows per SI unit at its end, where the yield is :math:`Y_e`,
+    drawing the end in gains :math:`(Y - Y_e)\,d` per SI unit.
+    """
+    order = np.argsort(values, kind="stable")
+    x, good = values[order], held[order].astype(float)
+    parts = np.array_split(np.arange(x.size), min(BINS, x.size // 5))
+    shares = np.array([good[part].mean() for part in parts])
+    whole = float(good.mean())
+
+    def gain(part: NDArray[np.intp], share: float) -> float:
+        width = float(x[part[-1]] - x[part[0]])
+        return (whole - share) * (part.size / x.size) / width if width > 0.0 else 0.0
+
+    return {
+        "unit": unit,
+        "low": float(x[0]),
+        "high": float(x[-1]),
+        "share_at_low": float(shares[0]),
+        "share_at_high": float(shares[-1]),
+        "gain_per_low": gain(parts[0], float(shares[0])),
+        "gain_per_high": gain(parts[-1], float(shares[-1])),
+        "tightened": _widest(x, good, parts, target),
+    }
+
+
+def _widest(x: Array, good: Array, parts: list[NDArray[np.intp]], target: float) -> dict[str, Any] | None:
+    """The widest run of parts whose yield reaches the target: its ends, its yield, the rows inside."""
+    best: dict[str, Any] | None = None
+    for first in range(len(parts)):
+        for last in range(first, len(parts)):
+            a, b = int(parts[first][0]), int(parts[last][-1])
+            share = float(good[a : b + 1].mean())
+            if share >= target and (best is None or x[b] - x[a] > best["high"] - best["low"]):
+                best = {"low": float(x[a]), "high": float(x[b]), "share": share, "rows": b - a + 1}
+    return best

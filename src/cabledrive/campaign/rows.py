@@ -1,7 +1,7 @@
 """The rows of a chunk: values of the keys, status, reason, seed and time of each, and the outputs."""
 
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,15 @@ DONE, DEFECT, REFUSED, FAILED, NOT_YET = 0, 1, 2, 3, -1
 """Status of a row, as the exit status of a command; a defect of the package ends its row alone."""
 UNKNOWN = -1
 """Of a flag that has not been found."""
+STATUS = "code"
+MEANINGS = "0 done, 1 defect, 2 refused, 3 not completed, -1 not yet computed"
+BESIDE: dict[str, tuple[Any, Any, dict[str, str]]] = {
+    STATUS: (np.int8, NOT_YET, {"long_name": f"status of the row: {MEANINGS}"}),
+    "reason": (str, "", {"long_name": "why the row is not done, in one line"}),
+    "seed": (np.uint64, 0, {"long_name": "seed of the row's random numbers"}),
+    "time": (np.float64, np.nan, {"long_name": "time that the row took", "units": "s"}),
+}
+"""Variables that are neither keys nor outputs: type, what stands where a row is not done, attributes."""
 LOST = "the process ended while this row was computed, twice alone: {why}"
 
 
@@ -131,6 +140,5 @@ def plain_value(value: Any, unit: str) -> Any:
 
 def counts(code: NDArray[np.int8]) -> dict[str, int]:
     """Rows done, refused and failed, of a list of status."""
-    done: Collection[int] = np.bincount(code[code >= 0], minlength=FAILED + 1).tolist()
-    by_code = list(done)
+    by_code = [int(count) for count in np.bincount(code[code >= 0], minlength=FAILED + 1)]
     return {"done": sum(by_code), "refused": by_code[REFUSED], "failed": by_code[FAILED] + by_code[DEFECT]}

@@ -13,7 +13,7 @@ from cabledrive.campaign.engine import Engine, Plan, chosen_engine
 from cabledrive.campaign.spec import CampaignSpec, read_spec
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.files import one_process
+from cabledrive.parameters.files import check_folder_writable, one_process
 from cabledrive.parameters.terminal import Progress, ResultCard
 
 MANY_ROWS, MANY_BYTES = 10**7, 100e9
@@ -113,7 +113,8 @@ def run_sweep(
     began = time.monotonic()
     if not isinstance(spec, CampaignSpec):
         spec = read_spec(spec, design=design, computation=computation)
-    path = _checked(Path(output), spec, workers, part, yes)
+    path = Path(output)
+    _check(path, spec, workers, part, yes)
     words = "part {} of {}".format(*part) if part else ""
     with one_process(path.with_name(f"{path.name}.lock") / (words or "whole")):
         if force:
@@ -161,9 +162,9 @@ def _result(plan: Plan, seconds: float, setup: float, engine: str) -> SweepResul
     )
 
 
-def _checked(
+def _check(
     path: Path, spec: CampaignSpec, workers: int | None, part: tuple[int, int] | None, yes: bool
-) -> Path:
+) -> None:
     """Refuse what cannot be meant, before anything is made."""
     store.zarr_at_hand()
     if workers is not None and workers < 1:
@@ -178,13 +179,10 @@ def _checked(
             f"{rows} rows, up to {size / 1e9:.3g} GB, are above {MANY_ROWS:.0e} rows or "
             f"{MANY_BYTES / 1e9:.0f} GB: add --yes if that is meant, or lower design.rows or n"
         )
-    if path.exists() and not path.is_dir():
-        raise InputRefused("is a file, a folder is needed: choose another name").at(str(path))
-    if not path.parent.is_dir():
-        raise InputRefused(f"its folder {path.parent} does not exist: create it first").at(str(path))
     if path.is_dir() and any(path.iterdir()):
         store.attributes_of(path)
-    return path
+    else:
+        check_folder_writable(path)
 
 
 def _todo(plan: Plan, part: tuple[int, int] | None) -> list[int]:

@@ -7,6 +7,7 @@ whom.
 
 import json
 import os
+import platform
 import shutil
 import tempfile
 import warnings
@@ -14,13 +15,14 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cabledrive.campaign.computation import FLAG, NUMBER, TEXT, Output
-from cabledrive.campaign.rows import NOT_YET, STORED, UNKNOWN, Chunk, counts
+from cabledrive.campaign.rows import BESIDE, NOT_YET, STATUS, STORED, UNKNOWN, Chunk, counts
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.files import sync_folder, umask
@@ -31,7 +33,6 @@ AT_ONCE = 8
 FORMAT = 1
 CAMPAIGN = "cabledrive_campaign"
 EXTRA = "campaigns need an extra: pip install 'cabledrive[campaign]'"
-STATUS = "code"
 
 
 def sync_chunk(store: Path, names: Iterable[str], number: int) -> None:
@@ -67,11 +68,7 @@ def zarr_at_hand() -> Any:
 
 def create(path: Path, spec: CampaignSpec, chunk: int) -> None:
     """Make an empty store of chunks of some rows, whole or not at all; another may have been faster."""
-    try:
-        folder = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}-"))
-    except OSError as error:
-        why = error.strerror or error
-        raise InputRefused(f"cannot be written ({why}): choose another place").at(str(path)) from None
+    folder = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}-"))
     try:
         _fill(folder, spec, chunk)
         for made in [*folder.rglob("*"), folder]:
@@ -98,22 +95,19 @@ def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:
             "drives": {name: drive_text(drive) for name, drive in spec.drives.items()},
             "varied": list(spec.units),
             "axes": [list(axis.units) for axis in spec.axes],
-            "environment": environment(),
+            "environment": {  # what the last digits of results may depend on
+                "machine": platform.machine(),
+                "python": platform.python_version(),
+                **{name: version(name) for name in ("numpy", "scipy", "numba")},
+            },
         }
     )
-
-    meanings = "0 done, 1 defect, 2 refused, 3 not completed, -1 not yet computed"
-    variables: list[tuple[Output, dict[str, Any]]] = [
-        *((key, _attributes(key) | {"varied": 1}) for key in _keys(spec)),
-        *((output, _attributes(output)) for output in spec.computation.outputs),
+    variables = (*_keys(spec), *spec.computation.outputs)
+    arrays = [
+        (one.name, one.shape, one.dims, *STORED[one.kind], _attributes(one, varied=one.name in spec.units))
+        for one in variables
     ]
-    arrays = [(one.name, one.shape, one.dims, *STORED[one.kind], words) for one, words in variables]
-    arrays += [
-        (STATUS, (), (), np.int8, NOT_YET, {"long_name": f"status of the row: {meanings}"}),
-        ("reason", (), (), str, "", {"long_name": "why the row is not done, in one line"}),
-        ("seed", (), (), np.uint64, 0, {"long_name": "seed of the row's random numbers"}),
-        ("time", (), (), np.float64, np.nan, {"long_name": "time that the row took", "units": "s"}),
-    ]
+    arrays += [(name, (), (), *told) for name, told in BESIDE.items()]
     for name, shape, dims, dtype, fill, words in arrays:
         group.create_array(
             name,
@@ -132,32 +126,21 @@ def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:
 def _keys(spec: CampaignSpec) -> list[Output]:
     """The keys that are varied, described as outputs are."""
     first = spec.values(0, 1)
-    kinds = {
-        key: NUMBER if unit else FLAG if first[key].dtype == bool else TEXT
+    kind = {True: FLAG, False: TEXT}
+    return [
+        Output(name=key, unit=unit, meaning=key, kind=NUMBER if unit else kind[first[key].dtype == bool])
         for key, unit in spec.units.items()
-    }
-    return [Output(name=key, unit=spec.units[key], meaning=key, kind=kind) for key, kind in kinds.items()]
+    ]
 
 
-def _attributes(one: Output) -> dict[str, Any]:
+def _attributes(one: Output, *, varied: bool) -> dict[str, Any]:
     """Name, and unit or meanings of the values, as the conventions of climate and forecast data have them."""
     found: dict[str, Any] = {"long_name": one.meaning}
     if one.kind == NUMBER:
         found["units"] = "1" if one.unit == "count" else one.unit
     elif one.kind == FLAG:
         found |= {"flag_meanings": "unknown no yes", "flag_values": [UNKNOWN, 0, 1]}
-    return found
-
-
-def environment() -> dict[str, str]:
-    """What the last digits of results may depend on."""
-    import platform
-    from importlib.metadata import version
-
-    packages = ("numpy", "scipy", "numba")
-    return {"machine": platform.machine(), "python": platform.python_version()} | {
-        name: version(name) for name in packages
-    }
+    return found | ({"varied": 1} if varied else {})
 
 
 def check_store(path: Path, spec: CampaignSpec) -> int:
@@ -169,7 +152,7 @@ def check_store(path: Path, spec: CampaignSpec) -> int:
             "version, or choose another name"
         ).at(str(path))
     ours, theirs = json.loads(json.dumps(spec.identity)), attributes["campaign"]
-    for key in [*ours, *(key for key in theirs if key not in ours)]:
+    for key in ours | theirs:
         if ours.get(key) != theirs.get(key):
             raise InputRefused(
                 f"holds another campaign: {key} = {_short(theirs.get(key))} there, "

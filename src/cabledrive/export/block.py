@@ -1,18 +1,16 @@
 """A block of a simulation as translated C: its program, the shell around it, its inputs and outputs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from cabledrive.export.translation.nodes import mentions
 from cabledrive.export.translation.program import Program
 from cabledrive.parameters.version import __version__
 
-EXPONENTS = {False: ("uint64_t", "0x7ff0000000000000u"), True: ("uint32_t", "0x7f800000u")}
 SHELLS = {"controller": "law", "plant": "system", "loop": "system", "cable": "cable"}
 TEMPLATES = Environment(
     loader=PackageLoader("cabledrive.export"), undefined=StrictUndefined, keep_trailing_newline=True
@@ -67,20 +65,10 @@ class Block:
         """Header and source, with the few functions below the kernels that these use."""
         program, shell = self.program, SHELLS[self.what]
         functions = program.functions()
-        word, exponent = EXPONENTS[program.precision.single]
-        runtime = self.rendered(
-            "runtime.c.jinja", word=word, exponent=exponent, used=lambda name: mentions(functions, name)
-        )
+        runtime = self.rendered("runtime.c.jinja", used=lambda name: mentions(functions, name))
         words = {"structs": program.structs(), "functions": functions, "runtime": runtime}
         tables = program.used_tables(self.rendered(f"{shell}.c.jinja", tables="", **words))
         return {
             f"{self.file}.{kind}": self.rendered(f"{shell}.{kind}.jinja", tables=tables, **words)
             for kind in ("h", "c")
         }
-
-
-def samples_csv(heads: Sequence[str], *columns: np.ndarray) -> str:
-    """One line a sample, 17 digits a number."""
-    rows = np.column_stack(columns).tolist()
-    lines = [",".join(f"{value:.17g}" for value in row) for row in rows]
-    return "\n".join([",".join(heads), *lines]) + "\n"

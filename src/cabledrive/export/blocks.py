@@ -148,7 +148,7 @@ def controller_block(source: ExportSource, tolerance: float | None = None) -> Bl
             np.array(rise_coefficients(order)),
             f"rise of order {order} in powers of t / rise",
         )
-        path = program.state("cd_reference", "path", path_state(law, order))
+        path = program.state("cd_reference", "path", path_state(law))
         reference, row = program.frozen("reference", law.reference), _named("ref", len(law.columns))
         _, row_call = program.root(path_row, [reference, path, _named("time"), row])
         words |= {"order": order, "row_call": row_call}
@@ -167,10 +167,10 @@ def needed_rise(law: ControllerFile) -> int:
     return max(9, 2 * law.reference.derivatives - 1)
 
 
-def path_state(law: ControllerFile, order: int) -> PathState:
+def path_state(law: ControllerFile) -> PathState:
     """A motion and its generator, at rest."""
     assert law.reference is not None
-    motion = MotionNumbers(coefficients=np.array(rise_coefficients(order)), scalars=np.zeros(4))
+    motion = MotionNumbers(np.array(rise_coefficients(needed_rise(law))), scalars=np.zeros(4))
     return PathState(motion=motion, generator=new_reference_state(law.reference))
 
 
@@ -187,7 +187,7 @@ def new_loop(law: ControllerFile, plant: Loop) -> LoopTarget:
     return LoopTarget(
         plant=new_plant_state(plant.plant, plant.rig),
         target=target,
-        path=path_state(law, needed_rise(law)),
+        path=path_state(law),
         row=np.zeros((1, len(law.columns))),
         sample=np.zeros(1, dtype=np.int64),
     )

@@ -4,6 +4,7 @@ The self-test replays readings, references and the commands that the interpreted
 """
 
 import json
+from collections.abc import Sequence
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -12,10 +13,9 @@ import numpy as np
 from cabledrive.control.controller_kernels import PathState, path_row, start_target
 from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
 from cabledrive.control.reference_kernels import set_motion
-from cabledrive.export.block import Block, samples_csv
+from cabledrive.export.block import Block
 from cabledrive.export.blocks import (
     controller_block,
-    needed_rise,
     new_loop,
     path_state,
     system_block,
@@ -95,6 +95,13 @@ def _packaged(source: ExportSource, block: Block, check: str, vectors: str, **wo
     return files if source.drive is None else files | {"drive.toml": drive_text(source.drive)}
 
 
+def samples_csv(heads: Sequence[str], *columns: Array) -> str:
+    """One line a sample, 17 digits a number."""
+    rows = np.column_stack(columns).tolist()
+    lines = [",".join(f"{value:.17g}" for value in row) for row in rows]
+    return "\n".join([",".join(heads), *lines]) + "\n"
+
+
 class Vectors(NamedTuple):
     """Samples: ``readings`` (n, m) [rad], ``references`` (n, columns), ``commands`` (n,) [N m]."""
 
@@ -120,7 +127,7 @@ def self_test(law: ControllerFile, samples: int = SAMPLES) -> Vectors:
 
 def started_path(law: ControllerFile, samples: int) -> PathState:
     """The generator at the start of a pulse that fills most of the samples."""
-    path, time = path_state(law, needed_rise(law)), samples * law.sample_time
+    path, time = path_state(law), samples * law.sample_time
     path.motion.scalars[:] = (0.02 * law.load_gear, 0.4 * time, 0.1 * time, 1)
     return path
 

@@ -59,36 +59,20 @@ def _links(root: Tree.Element, drive: Drive, chain: LumpedChain) -> None:
     if not chain.stiffness:
         return
     tendons = Tree.SubElement(root, "tendon")
-    for j in range(len(chain.ratios)):
-        name = f"{chain.names[j]}_{chain.names[j + 1]}"
-        k, d = chain.stiffness[j], chain.damping[j]
-        last = j == len(chain.ratios) - 1 and chain.names[j + 1] == "load"
-        if not last or drive.cable.pretension <= 0.0:
-            _tendon(tendons, chain, j, name, (k, d, "0"), 1.0)
-            continue
-        # The spans pull against each other; each is slack where its stretch has gone back by that at rest.
-        spans, signs = len(drive.spans), (1.0, -1.0)
-        rest = spans * drive.cable.pretension * drive.drive_pulley.radius / chain.ratios[j][0] / k
-        for span in range(spans):
-            each = (k / spans, d / spans, f"{NO_PUSH} {-rest!r}")
-            _tendon(tendons, chain, j, f"{name}_span_{span}", each, signs[span])
-
-
-def _tendon(
-    tendons: Tree.Element,
-    chain: LumpedChain,
-    j: int,
-    name: str,
-    spring: tuple[float, float, str],
-    sign: float,
-) -> None:
-    """A tendon along link j; ``spring``: stiffness, damping, range of lengths without a force."""
-    stiffness, damping, length = spring
-    settings = {"stiffness": repr(stiffness), "damping": repr(damping), "springlength": length}
-    one = Tree.SubElement(tendons, "fixed", {"name": name} | settings)
-    p, q = chain.ratios[j]
-    Tree.SubElement(one, "joint", joint=chain.names[j], coef=repr(sign * p))
-    Tree.SubElement(one, "joint", joint=chain.names[j + 1], coef=repr(-sign * q))
+    for j, (p, q) in enumerate(chain.ratios):
+        first, second = chain.names[j : j + 2]
+        k, d, idle, signs = chain.stiffness[j], chain.damping[j], "0", {"": 1.0}
+        if j == len(chain.ratios) - 1 and second == "load" and drive.cable.pretension > 0.0:
+            # The spans pull against each other; each is slack once its stretch has gone back by that at rest.
+            spans = len(drive.spans)
+            rest = spans * drive.cable.pretension * drive.drive_pulley.radius / p / k
+            k, d, idle = k / spans, d / spans, f"{NO_PUSH} {-rest!r}"
+            signs = {f"_span_{i}": (1.0, -1.0)[i] for i in range(spans)}
+        for span, sign in signs.items():
+            settings = {"stiffness": repr(k), "damping": repr(d), "springlength": idle}
+            one = Tree.SubElement(tendons, "fixed", {"name": f"{first}_{second}{span}"} | settings)
+            Tree.SubElement(one, "joint", joint=first, coef=repr(sign * p))
+            Tree.SubElement(one, "joint", joint=second, coef=repr(-sign * q))
 
 
 def modelica_files(drive: Drive) -> dict[str, str]:

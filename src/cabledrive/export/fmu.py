@@ -6,6 +6,7 @@ import platform
 import shutil
 import subprocess
 import tempfile
+import uuid
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,6 +17,9 @@ from cabledrive.export.block import Block
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-I.")
 MADE = (2000, 1, 1, 0, 0, 0)
 """Date of every file of the archive: the same source gives the same archive."""
+MAC = platform.system() == "Darwin"
+SUFFIX = ".dylib" if MAC else ".so"
+PROCESSORS = {"amd64": "x86_64", "arm64": "aarch64"}
 NO_COMPILER = (
     "no C compiler (cc) is at hand: the FMU has its sources and no binary; compile it with "
     "`python -m fmpy compile`"
@@ -25,9 +29,10 @@ NO_COMPILER = (
 def fmu_package(block: Block, version: int) -> tuple[dict[str, bytes], list[str]]:
     """The FMU 2 or 3 of a block by its name, and notes."""
     name, notes, code = f"cabledrive_{block.what}", list(block.notes), block.code()
+    digest = hashlib.sha256("".join(code[each] for each in sorted(code)).encode()).hexdigest()
     words: dict[str, Any] = {
         "name": name,
-        "token": token_of(code),
+        "token": f"{{{uuid.UUID(digest[:32])}}}",
         "compiled": ["fmu.c", f"{block.file}.c"],
         "variables": block.variables,
     }
@@ -52,14 +57,8 @@ def fmu_package(block: Block, version: int) -> tuple[dict[str, bytes], list[str]
     if binary is None:
         notes.append(NO_COMPILER)
     else:
-        files[f"binaries/{binary_folder(version)}/{name}{_suffix()}"] = binary
+        files[f"binaries/{binary_folder(version)}/{name}{SUFFIX}"] = binary
     return {f"{name}.fmu": archive(files)}, notes
-
-
-def token_of(code: Mapping[str, str]) -> str:
-    """Identity of an FMU, by its translated sources."""
-    digest = hashlib.sha256("".join(code[name] for name in sorted(code)).encode()).hexdigest()
-    return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
 
 
 def compiled_library(sources: Mapping[str, str], compiled: list[str], name: str) -> bytes | None:
@@ -71,22 +70,17 @@ def compiled_library(sources: Mapping[str, str], compiled: list[str], name: str)
         place = Path(folder)
         for each, text in sources.items():
             (place / each).write_text(text, encoding="utf-8")
-        command = [compiler, *FLAGS, *compiled, "-lm", "-o", name + _suffix()]
+        command = [compiler, *FLAGS, *compiled, "-lm", "-o", name + SUFFIX]
         subprocess.run(command, cwd=place, check=True, capture_output=True)
-        return (place / (name + _suffix())).read_bytes()
-
-
-def _suffix() -> str:
-    return ".dylib" if platform.system() == "Darwin" else ".so"
+        return (place / (name + SUFFIX)).read_bytes()
 
 
 def binary_folder(version: int) -> str:
     """Folder of this platform's binary in an FMU."""
-    system, machine = platform.system(), platform.machine().lower()
     if version == 2:
-        return "darwin64" if system == "Darwin" else "linux64"
-    cpu = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
-    return f"{cpu}-{'darwin' if system == 'Darwin' else 'linux'}"
+        return "darwin64" if MAC else "linux64"
+    machine = platform.machine().lower()
+    return f"{PROCESSORS.get(machine, machine)}-{'darwin' if MAC else 'linux'}"
 
 
 def archive(files: Mapping[str, bytes]) -> bytes:

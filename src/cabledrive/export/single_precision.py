@@ -109,7 +109,7 @@ def peak_error(source: ExportSource, law: ControllerFile, kind: Any) -> float:
         new_plant_state(loop.plant, rig),
         new_target_state(law.observer, law.law, law.late_samples),
     )
-    target, path = as_type(target, kind), as_type(path_state(law, order), kind)
+    target, path = as_type(target, kind), as_type(path_state(law), kind)
     path.motion.scalars[:] = (law.load_gear * np.radians(angle), rise, dwell, 1)
     step, row_of, move, read = (interpreted(one) for one in (target_step, path_row, plant_step, plant_read))
     row, time, peak = np.zeros((1, len(law.columns)), dtype=kind), kind(rig.interval), 0.0

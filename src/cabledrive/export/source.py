@@ -1,6 +1,7 @@
 """What is exported: a study's folder, a controller, a drive, or the plant of one."""
 
 import json
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -157,10 +158,8 @@ def lumped_models(drive: Drive) -> dict[int, LumpedChain]:
     """Models 1 to 4 of a drive that its data allow, by number; refused with the highest's reason if none."""
     found = {}
     for number in (1, 2, 3, 4):
-        try:
+        with suppress(InputRefused):
             found[number] = lumped_model(drive, number)
-        except InputRefused:
-            continue
     return found or {0: lumped_model(drive, highest_model(drive))}
 
 

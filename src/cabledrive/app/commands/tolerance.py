@@ -20,29 +20,27 @@ METHOD = "share of the rows; conditional yield in twenty parts along each key; C
 @option("--target", float, "Yield that is wanted.", 0.99, metavar="SHARE")
 def command(store: str, goals: tuple[str, ...], target: float) -> Answer:
     """Yield of the rows of STORE.zarr against every --goal, and the intervals of keys that would raise it."""
-    from cabledrive.campaign.tolerance import tolerance
+    from cabledrive.campaign.results import tolerance
 
     found = tolerance(store, list(goals), target=target)
     why = f"no interval of this key alone yields {target:.4g}"
-    keys = {key: one | {"tightened": known(one["tightened"], why)} for key, one in found.keys.items()}
-    data = {
-        "goals": [{"goal": goal.text, "output": goal.output, "limit": goal.limit} for goal in found.goals],
-        "target": target,
-        "yield": found.share,
-        "yield_low": found.share_low,
-        "yield_high": found.share_high,
-        "keys": keys,
-    } | {name: getattr(found, name) for name in ("rows", "held", "refused", "failed", "missed")}
-    words = " and ".join(goal.text for goal in found.goals)
+    data = found | {
+        "goals": [{"goal": goal.text, "output": goal.output, "limit": goal.limit} for goal in found["goals"]],
+        "keys": {
+            key: one | {"tightened": known(one["tightened"], why)} for key, one in found["keys"].items()
+        },
+    }
+    words = " and ".join(goal.text for goal in found["goals"])
     lines = [
-        f"{100 * found.share:.2f} % of {found.rows} rows hold {words} "
-        f"(95 %: {100 * found.share_low:.2f} to {100 * found.share_high:.2f} %)",
-        *(f"  {count} rows miss {text}" for text, count in found.missed.items() if count),
+        f"{100 * found['yield']:.2f} % of {found['rows']} rows hold {words} "
+        f"(95 %: {100 * found['yield_low']:.2f} to {100 * found['yield_high']:.2f} %)",
+        *(f"  {count} rows miss {text}" for text, count in found["missed"].items() if count),
     ]
-    if found.refused or found.failed:
-        lines.append(f"  {found.refused} rows were refused, {found.failed} not completed: counted as misses")
+    if found["refused"] or found["failed"]:
+        lost = f"{found['refused']} rows were refused, {found['failed']} not completed"
+        lines.append(f"  {lost}: counted as misses")
     lines += ["", f"for a yield of {100 * target:.4g} %, one key alone:"]
-    for key, one in found.keys.items():
+    for key, one in found["keys"].items():
         unit, tight = "" if one["unit"] == "1" else f" {one['unit']}", one["tightened"]
         now = f"{one['low']:.5g} to {one['high']:.5g}{unit}"
         then = tight and f"{tight['low']:.5g} to {tight['high']:.5g}{unit}"

@@ -102,10 +102,9 @@ class Expressions:
             return constant(base.type.size)
         if isinstance(base.type, View) and node.attr == "shape":
             return Value("", Group(tuple(Scalar(INT, length) for length in base.type.shape)))
-        kind = base.type.field(node.attr) if isinstance(base.type, Record) else None
-        if kind is None or not isinstance(base.type, Record):
+        if not isinstance(base.type, Record) or node.attr not in dict(base.type.fields):
             self.source.refuse(node, f"attribute {node.attr}")
-        return self.program.field(base, base.type, node.attr, kind)
+        return self.program.part(base, node.attr)
 
     def _is_inside(self, node: ast.expr) -> bool:
         while isinstance(node, ast.Attribute):
@@ -264,6 +263,7 @@ def bare(text: str) -> str:
 
 
 MATH: dict[Any, str] = {
+    abs: "fabs",
     math.tanh: "tanh",
     math.exp: "exp",
     math.sqrt: "sqrt",
@@ -283,7 +283,7 @@ class Calls(Expressions):
             self.source.refuse(node, "a call with keywords or a star")
         if called in (min, max):
             return self._extreme(node, called)
-        single = {abs: self._absolute, float: self.real, int: self._int, len: self._len}
+        single = {float: self.real, int: self._int, len: self._len}
         if any(called is one for one in single):
             return single[called](node.args[0])
         if called is math.isfinite:
@@ -308,9 +308,6 @@ class Calls(Expressions):
         for one in values[1:]:
             text = f"{name}({text}, {bare(one.text)})"
         return Value(text, Scalar(INT if whole else REAL))
-
-    def _absolute(self, node: ast.expr) -> Value:
-        return Value(f"fabs{self.program.precision.suffix}({bare(self.real(node).text)})", Scalar(REAL))
 
     def _int(self, node: ast.expr) -> Value:
         one = self.value(node)

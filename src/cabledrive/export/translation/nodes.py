@@ -41,10 +41,6 @@ class Record:
     fields: tuple[tuple[str, "Kind"], ...]
     frozen: bool
 
-    def field(self, name: str) -> "Kind | None":
-        """Type of a field; none where there is no such field."""
-        return dict(self.fields).get(name)
-
 
 @dataclass(frozen=True, slots=True)
 class Group:

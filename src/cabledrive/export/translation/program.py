@@ -53,25 +53,17 @@ class Translated:
     taken: tuple[int, ...]
     written: tuple[int, ...]
     text: str
-    head: str
-
-    @property
-    def pure(self) -> bool:
-        """Whether it changes nothing."""
-        return not self.written
 
 
 class Program:
-    """Translated kernels in the order in which C wants them, and the frozen tables they use."""
+    """Translated kernels, ``done`` in the order in which C wants them, and the frozen tables they use."""
 
     def __init__(self, precision: Precision | None = None) -> None:
         self.precision = precision or Precision()
         self.done: dict[Any, Translated] = {}
-        self.order: list[Translated] = []
         self.tables: dict[str, tuple[np.ndarray, str]] = {}
         self.numbers: dict[str, float] = {}
         self.records: dict[str, Any] = {}
-        self.names: dict[int, str] = {}
         self.taken: set[str] = set()
         self.open: list[Any] = []
 
@@ -79,18 +71,14 @@ class Program:
         """A number, an array or a NamedTuple of them as constant tables, named after it."""
         if isinstance(numbers, bool | int):
             return constant(numbers)
-        if not hasattr(numbers, "_asdict"):
-            self._freeze(name, numbers, name)
-            return Value(name, kind_of(numbers, name, frozen=True), frozenset([FROZEN]))
-        for field, part in numbers._asdict().items():
-            if hasattr(part, "_asdict"):
-                self.frozen(f"{name}_{field}", part)
-            else:
-                self._freeze(f"{name}_{field}", part, f"{name}.{field}")
+        self._freeze(name, numbers, name)
         return Value(name, kind_of(numbers, name, frozen=True), frozenset([FROZEN]))
 
     def _freeze(self, name: str, part: Any, about: str) -> None:
-        if isinstance(part, np.ndarray) and part.size:
+        if hasattr(part, "_asdict"):
+            for field, inner in part._asdict().items():
+                self._freeze(f"{name}_{field}", inner, f"{name}.{field}")
+        elif isinstance(part, np.ndarray) and part.size:
             self.tables[name] = (part, f"{about}, shape {part.shape}")
         elif isinstance(part, float):
             self.numbers[name] = part
@@ -106,22 +94,18 @@ class Program:
                 self._register(f"{name}_{field}", part)
         self.records[name] = state
 
-    def field(self, base: Value, record: Record, name: str, kind: Kind) -> Value:
-        """A field of a record; an array without elements is nowhere."""
+    def part(self, base: Value, name: str) -> Value:
+        """A field of a record, by its name; an array without elements is nowhere."""
+        assert isinstance(base.type, Record)
+        kind = dict(base.type.fields)[name]
         if isinstance(kind, View) and kind.size == 0:
             return Value("NULL", kind, base.roots)
-        if record.frozen:
-            part = f"{record.name}_{name}"
+        if base.type.frozen:
             if isinstance(kind, Scalar) and kind.value is not None:
                 return constant(kind.value)
-            return Value(part, kind, base.roots)
+            return Value(f"{base.type.name}_{name}", kind, base.roots)
         text = f"{base.text[1:]}.{name}" if base.text.startswith("&") else f"{base.text}->{name}"
         return Value("&" + text if isinstance(kind, Record) else text, kind, base.roots)
-
-    def part(self, base: Value, name: str) -> Value:
-        """A field of a record, by its name."""
-        assert isinstance(base.type, Record)
-        return self.field(base, base.type, name, dict(base.type.fields)[name])
 
     def structs(self) -> str:
         """Definitions of the structs of state."""
@@ -156,7 +140,7 @@ class Program:
             caller.scope.mark(values[i])
         texts = [bare(values[i].text) for i in made.taken]
         roots = frozenset().union(*(value.roots for value in values if isinstance(value.type, View)))
-        pure = made.pure and all(value.pure for value in values)
+        pure = not made.written and all(value.pure for value in values)
         return Value(f"{made.name}({', '.join(texts)})", made.result, roots, pure)
 
     def translate(self, function: Any, kinds: list[Kind]) -> Translated:
@@ -175,17 +159,12 @@ class Program:
         made = self._translated(source, given)
         self.open.remove(key)
         self.done[key] = made
-        self.order.append(made)
         return made
 
     def root(self, function: Any, values: list[Value]) -> tuple[Translated, str]:
         """A kernel that a shell calls, and its call with these arguments."""
         made = self.translate(plain(function), [value.type for value in values])
         return made, f"{made.name}({', '.join(values[i].text for i in made.taken)})"
-
-    def name_of(self, body: Statements) -> str:
-        """Name in C of the kernel that is being translated."""
-        return self.names[id(body)]
 
     def _translated(self, source: Source, given: list[Kind]) -> Translated:
         name = "k_" + source.function.__name__.strip("_")
@@ -199,8 +178,7 @@ class Program:
                 if parameter in real and kind == Scalar("int"):
                     scope.given[parameter] = Scalar("real")
             body = Statements(self, source, scope)
-            body.returned = returned
-            self.names[id(body)] = free
+            body.name, body.returned = free, returned
             try:
                 block, left = body.block(source.tree.body)
             except Promoted:
@@ -254,13 +232,12 @@ class Program:
             result=result,
             taken=tuple(taken),
             written=tuple(writes),
-            head=head,
             text=f"{about}{head}{signature}\n{{\n{text}\n}}\n",
         )
 
     def functions(self) -> str:
         """All kernels, callees first."""
-        return "\n".join(made.text for made in self.order)
+        return "\n".join(made.text for made in self.done.values())
 
     def used_tables(self, text: str) -> str:
         """Definitions of the tables that a text mentions."""

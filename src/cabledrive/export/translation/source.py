@@ -12,7 +12,7 @@ from pathlib import Path
 from types import CellType, FunctionType
 from typing import Any, NoReturn
 
-from cabledrive.export.translation.nodes import BOOL, INT, REAL, Kind, Scalar, Value, View
+from cabledrive.export.translation.nodes import BOOL, INT, REAL, Kind, Scalar, Value, unknown
 from cabledrive.parameters import InputRefused
 
 RULES = "see the subset in CONTRIBUTING.md"
@@ -71,17 +71,12 @@ def source_of(function: FunctionType) -> Source:
         ) from None
     if not isinstance(tree, ast.FunctionDef):
         raise InputRefused(f"{function.__name__} is no function written with def: it cannot be exported")
-    source = Source(function, tree, _assigned(tree))
+    names = (node for node in ast.walk(tree) if isinstance(node, ast.Name))
+    source = Source(function, tree, Counter(node.id for node in names if isinstance(node.ctx, ast.Store)))
     given = tree.args
     if given.vararg or given.kwarg or given.kwonlyargs or given.defaults or given.posonlyargs:
         source.refuse(tree, "an argument that is not a plain positional one")
     return source
-
-
-def _assigned(tree: ast.FunctionDef) -> Counter[str]:
-    return Counter(
-        node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
-    )
 
 
 def interpreted(function: Any) -> Any:
@@ -164,8 +159,8 @@ class Scope:
     def settle(self, name: str, kind: Kind) -> Kind:
         """Type of a local, from what is assigned to it now and what was before."""
         before = self.local.get(name) or self.given.get(name)
-        kind = Scalar(kind.kind) if isinstance(kind, Scalar) else kind
-        if isinstance(kind, Scalar) and name in self.real and kind.kind == INT:
+        kind = unknown(kind)
+        if name in self.real and kind == Scalar(INT):
             kind = Scalar(REAL)
         if before is None or name in self.given:
             self.local.setdefault(name, kind) if before is None else None
@@ -175,9 +170,7 @@ class Scope:
         if before == Scalar(INT) and kind == Scalar(REAL):
             self.real.add(name)
             raise Promoted
-        if isinstance(before, View) and isinstance(kind, View) and before.kind == kind.kind:
-            return before if before.shape == kind.shape else _none(name)
-        return _none(name)
+        raise TypeError(f"{name} with two types")
 
     def mark(self, value: Value) -> None:
         """Note that elements of a view are set."""
@@ -185,16 +178,9 @@ class Scope:
 
     def close(self) -> set[str]:
         """Names through which something is written, also by a view of them."""
-        changed = True
-        while changed:
-            more = set().union(*(self.roots.get(name, set()) for name in self.written)) - self.written
+        while more := set().union(*(self.roots.get(name, set()) for name in self.written)) - self.written:
             self.written |= more
-            changed = bool(more)
         return self.written
-
-
-def _none(name: str) -> Kind:
-    raise TypeError(f"{name} with two types")
 
 
 def c_name(name: str) -> str:

@@ -1,6 +1,8 @@
 """Statements of a kernel, as statements of C."""
 
 import ast
+import re
+from typing import Any, TypeVar
 
 from cabledrive.export.translation.expressions import Calls, bare
 from cabledrive.export.translation.nodes import (
@@ -16,14 +18,19 @@ from cabledrive.export.translation.nodes import (
     Value,
     View,
     mentions,
+    unknown,
 )
 from cabledrive.export.translation.source import c_name, constant
 
+Returned = TypeVar("Returned", bound=Kind)
+
 
 class Statements(Calls):
-    """Translates the body of one kernel; ``returned`` is the type that it returns."""
+    """Translates the body of one kernel, ``name`` in C; ``returned`` is the type that it returns."""
 
+    name = ""
     returned: Kind | None = None
+    widened = False
 
     def block(self, statements: list[ast.stmt]) -> tuple[Block, bool]:
         """Statements in order, and whether the last one leaves; what follows it is unreachable."""
@@ -68,25 +75,20 @@ class Statements(Calls):
     def _unpack(self, node: ast.Assign, target: ast.Tuple, block: Block) -> None:
         """Several values of a call, or the lengths of an array."""
         value = self.value(node.value, alone=True)
-        if isinstance(value.type, View) and all(isinstance(one, ast.Name) for one in target.elts):
-            return self._unpack_array(node, target, value, block)
-        if not isinstance(value.type, Group) or len(value.type.items) != len(target.elts):
+        parts: list[Value] = []
+        if isinstance(value.type, Group):
+            parts = [Value("", kind) for kind in value.type.items]
+            if value.text:
+                text = self.scope.fresh(value.type)
+                block.append(Node(target=text, value=value.text, pure=value.pure))
+                parts = [Value(f"{text}.v{i}", one.type, value.roots) for i, one in enumerate(parts)]
+        elif isinstance(value.type, View) and all(isinstance(one, ast.Name) for one in target.elts):
+            kind, length = Scalar(value.type.kind), value.type.size if len(value.type.shape) == 1 else 0
+            parts = [Value(f"{value.text}[{i}]", kind, value.roots) for i in range(length)]
+        if len(parts) != len(target.elts):
             self.source.refuse(node, "this unpacking")
-        parts = [Value("", kind) for kind in value.type.items]
-        if value.text:
-            name = self.scope.fresh(value.type)
-            block.append(Node(target=name, value=value.text, pure=value.pure))
-            parts = [Value(f"{name}.v{i}", kind, value.roots) for i, kind in enumerate(value.type.items)]
         for one, part in zip(target.elts, parts, strict=True):
             self.assign(one, part if part.known is None else constant(part.known), block)
-
-    def _unpack_array(self, node: ast.Assign, target: ast.Tuple, value: Value, block: Block) -> None:
-        assert isinstance(value.type, View)
-        if value.type.shape != (len(target.elts),):
-            self.source.refuse(node, "this unpacking")
-        for i, one in enumerate(target.elts):
-            part = Value(f"{value.text}[{i}]", Scalar(value.type.kind), value.roots)
-            self.assign(one, part, block)
 
     def _assign_many(self, target: ast.Tuple, values: list[Value], block: Block) -> None:
         """Python computes every value before it sets the first target."""
@@ -102,12 +104,8 @@ class Statements(Calls):
             self.assign(one, value, block)
 
     def _held(self, value: Value, block: Block) -> Value:
-        literal = value.text.strip("()-").replace(".", "").replace("e", "").replace("f", "").isalnum()
-        if (
-            value.known is not None
-            or (literal and value.text.strip("()-")[:1].isdigit())
-            or not isinstance(value.type, Scalar)
-        ):
+        literal = re.fullmatch(r"[()-]*\d[\w.]*[()-]*", value.text)
+        if value.known is not None or literal or not isinstance(value.type, Scalar):
             return value
         name = self.scope.fresh(Scalar(value.type.kind))
         block.append(Node(target=name, value=bare(value.text)))
@@ -150,10 +148,7 @@ class Statements(Calls):
         block.append(Node(target=c_name(name), value=bare(value.text), pure=value.pure))
 
     def _augassign(self, node: ast.AugAssign, block: Block) -> bool:
-        before = ast.copy_location(ast.parse(ast.unparse(node.target), mode="eval").body, node)
-        for part in ast.walk(before):
-            ast.copy_location(part, node)
-        value = self.arithmetic(node, self.value(before), node.op, self.value(node.value))
+        value = self.arithmetic(node, self.value(node.target), node.op, self.value(node.value))
         self.assign(node.target, value, block)
         return False
 
@@ -180,7 +175,10 @@ class Statements(Calls):
         name, given = node.target.id, [self.whole(argument) for argument in call.args]
         if (self.source.assigned[name] > 1 and name in self.scope.local) or name in self.scope.counters:
             self.source.refuse(node, f"{name}, which counts a loop and is set elsewhere,")
-        start, stop, step = self._range(node, given)
+        if not 1 <= len(given) <= 3:
+            self.source.refuse(node, "this range")
+        start = given[0] if len(given) > 1 else constant(0)
+        stop, step = given[min(1, len(given) - 1)], given[2] if len(given) > 2 else constant(1)
         if not step.known:
             self.source.refuse(node, "a loop whose step is not known beforehand")
         if start.known is not None and stop.known is not None:
@@ -202,12 +200,6 @@ class Statements(Calls):
         head = f"int32_t {count} = {start.text}; {count} {'<' if up else '>'} {stop.text}; {change}"
         block.append(Node(text=f"for ({head})", blocks=[inner], loop=True))
         return False
-
-    def _range(self, node: ast.For, given: list[Value]) -> tuple[Value, Value, Value]:
-        if not 1 <= len(given) <= 3:
-            self.source.refuse(node, "this range")
-        start = given[0] if len(given) > 1 else constant(0)
-        return start, given[min(1, len(given) - 1)], given[2] if len(given) > 2 else constant(1)
 
     def _while(self, node: ast.While, block: Block) -> bool:
         if node.orelse:
@@ -232,26 +224,19 @@ class Statements(Calls):
             return True
         if isinstance(node.value, ast.Tuple):
             parts = [self.value(part) for part in node.value.elts]
-            before = self.returned.items if isinstance(self.returned, Group) else None
-            kinds = [_plain(one.type) for one in parts]
-            if before is not None and len(before) == len(kinds):
-                kinds = [_wider(a, b) for a, b in zip(before, kinds, strict=True)]
-            self._returns(node, Group(tuple(kinds)))
+            kinds = self._returns(node, Group(tuple(unknown(one.type) for one in parts))).items
             for one in parts:
                 self.scope.mark(one) if isinstance(one.type, View) else None
             texts = [
                 bare(self.converted(node, one, kind.kind).text if isinstance(kind, Scalar) else one.text)
                 for one, kind in zip(parts, kinds, strict=True)
             ]
-            block.append(Node(text=f"return ({self.result_name}){{{', '.join(texts)}}};"))
+            block.append(Node(text=f"return ({self.name}_result){{{', '.join(texts)}}};"))
             return True
         value = self.value(node.value, alone=True)
-        kind = _plain(value.type)
-        if isinstance(kind, View | Record):
+        if isinstance(value.type, View | Record):
             self.source.refuse(node, "an array as the only result")
-        if self.returned is not None:
-            kind = _wider(self.returned, kind)
-        self._returns(node, kind)
+        kind = self._returns(node, unknown(value.type))
         if isinstance(kind, Scalar):
             value = self.converted(node, value, kind.kind)
         elif isinstance(kind, Group):
@@ -265,29 +250,21 @@ class Statements(Calls):
         name = self.scope.fresh(value.type)
         block.append(Node(target=name, value=value.text, pure=False))
         parts = ", ".join(f"{name}.v{i}" for i in range(len(value.type.items)))
-        return Value(f"({self.result_name}){{{parts}}}", value.type)
+        return Value(f"({self.name}_result){{{parts}}}", value.type)
 
-    @property
-    def result_name(self) -> str:
-        """Type in C of several results."""
-        return f"{self.program.name_of(self)}_result"
-
-    def _returns(self, node: ast.Return, kind: Kind) -> None:
-        if self.returned is not None and self.returned != kind:
-            if _wider(self.returned, kind) != kind:
-                self.source.refuse(node, "a result of another type than before")
-            self.returned = kind
-            self.widened = True
-        self.returned = kind
-
-    widened = False
+    def _returns(self, node: ast.Return, kind: Returned) -> Returned:
+        """The type of the result that holds this one and those before."""
+        found = kind if self.returned is None else _wider(self.returned, kind)
+        if found is None:
+            self.source.refuse(node, "a result of another type than before")
+        self.widened |= self.returned not in (None, found)
+        self.returned = found
+        return found
 
 
-def _plain(kind: Kind) -> Kind:
-    return Scalar(kind.kind) if isinstance(kind, Scalar) else kind
-
-
-def _wider(a: Kind, b: Kind) -> Kind:
-    """A real number where one of two results is one and the other an integer."""
-    both = isinstance(a, Scalar) and isinstance(b, Scalar) and {a.kind, b.kind} == {REAL, INT}
-    return Scalar(REAL) if both else b
+def _wider(a: Any, b: Any) -> Any:
+    """One type for two results: a real number where the other is an integer; None: there is none."""
+    if isinstance(a, Group) and isinstance(b, Group) and len(a.items) == len(b.items):
+        items = tuple(map(_wider, a.items, b.items))
+        return None if None in items else Group(items)
+    return a if a == b else Scalar(REAL) if {a, b} == {Scalar(REAL), Scalar(INT)} else None
