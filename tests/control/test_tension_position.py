@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import lsq_linear
 
 from cabledrive.control import tension_position
-from cabledrive.reduction.two_motors_kernels import TwoMotors
+from cabledrive.reduction.two_motors import TwoMotors
 
 PAIR = TwoMotors(  # a mass on a rail between two winches 8 m apart
     mass=np.array([3.0]),

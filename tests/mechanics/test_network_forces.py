@@ -9,7 +9,7 @@ import pytest
 import cabledrive as cd
 from cable_elements import random_machine
 from cabledrive.mechanics.network import network_of, statics_of
-from cabledrive.mechanics.network.response import dynamic_stiffness
+from cabledrive.mechanics.network.assembly import dynamic_stiffness
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
 from cabledrive.modal.ranges import irvine_parameters

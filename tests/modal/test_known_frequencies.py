@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import cabledrive as cd
-from cabledrive.modal.rigid_supports import against_lumped_springs, against_rigid_supports
+from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.mechanics import Chain, Pendant
-from cabledrive.modal.rigid_supports import against_lumped_springs
+from cabledrive.modal.lowest import against_lumped_springs
 from cabledrive.modal.tuning import tuned_pretension
 
 LOOP = cd.load_drive("dissertation-1")

@@ -14,8 +14,8 @@ from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal.batch import LoopBatch
 from cabledrive.modal.tuning import pulley_mode, section_modes
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
-from cabledrive.reduction.autoparametric_batch import many_models, pulley_modes, spans_at_rest
 from cabledrive.reduction.averaging import averaged_coefficients
+from cabledrive.reduction.oscillators import many_models, pulley_modes, spans_at_rest
 from cabledrive.reduction.threshold import (
     coulomb_onset_torque,
     critical_pumping,

@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.response import network_response
+from cabledrive.mechanics.network.assembly import network_response
 from cabledrive.reduction import lumped_chain
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
@@ -19,8 +19,7 @@ from cabledrive.reduction.quality import (
     model_response,
     with_measured_stiffness,
 )
-from cabledrive.reduction.two_motors import winched_machine
-from cabledrive.reduction.two_motors_kernels import line_at
+from cabledrive.reduction.two_motors import line_at, winched_machine
 from cabledrive.rig import Motion, RigOptions
 from network_samples import as_route, without_gravity
 

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from cabledrive.reduction import modal_cable_kernels
-from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
+from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
 
 pytestmark = pytest.mark.kernel
 

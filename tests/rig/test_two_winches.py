@@ -55,7 +55,7 @@ def with_law(setup):
 
 
 @pytest.mark.kernel("cabledrive.rig.winch_run")
-@pytest.mark.kernel("cabledrive.reduction.two_motors_kernels")
+@pytest.mark.kernel("cabledrive.reduction.two_motors")
 @pytest.mark.parametrize("late", [0, 4])
 def test_the_rig_moves_as_scipy_integrates_the_winches(late):
     """Friction and noise left out; masses 12 % off what the law believes; torques whole samples late."""

@@ -10,7 +10,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
 from cabledrive.parameters.drive_file import drive_from_text
-from cabledrive.parameters.excitation import Order
+from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
 from cabledrive.studies.frequency_curves import varied_together

@@ -8,7 +8,7 @@ from reproduction.averaged_against_exact import averaged_history
 from reproduction.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
 
 import cabledrive as cd
-from cabledrive.mechanics.warnings import ELASTIC_RULE, largest_pretension
+from cabledrive.mechanics.datasheet import ELASTIC_RULE, largest_pretension
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.app.results import Absent, figures, known, row
-from cabledrive.mechanics.warnings import largest_pretension, warnings_of_rest
+from cabledrive.mechanics.datasheet import largest_pretension, warnings_of_rest
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning

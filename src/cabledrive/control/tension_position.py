@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 from cabledrive.control.bound import impulse_response
 from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
+from cabledrive.reduction.two_motors import TwoMotors, line_at
 
 PREFERENCE = 1e-8
 """Weight of the preferred tensions, over that of the largest acceleration per tension."""

@@ -3,11 +3,10 @@
 from cabledrive.mechanics.cable_law import CableLaw
 from cabledrive.mechanics.cable_laws import ExactLaw, LinearLaw
 from cabledrive.mechanics.chain import Chain, LabelledChain, Pendant
-from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities
+from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities, drive_warnings
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.rest import RestingSection, RestState, rest_state
 from cabledrive.mechanics.spans import longitudinal_chains, strings_at_rest, transverse_chains
-from cabledrive.mechanics.warnings import drive_warnings
 
 __all__ = [
     "CableLaw",

@@ -8,14 +8,14 @@ from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequenc
 from cabledrive.parameters.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from cabledrive.modal.rigid_supports import Comparison, against_lumped_springs, against_rigid_supports
+    from cabledrive.modal.lowest import Comparison, against_lumped_springs, against_rigid_supports
 
 __getattr__ = on_demand(
     __name__,
     {
-        "Comparison": "rigid_supports",
-        "against_lumped_springs": "rigid_supports",
-        "against_rigid_supports": "rigid_supports",
+        "Comparison": "lowest",
+        "against_lumped_springs": "lowest",
+        "against_rigid_supports": "lowest",
     },
 )
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain, own_chain
+from cabledrive.mechanics.datasheet import warnings_of_rest
 from cabledrive.mechanics.holding import held_joints, motor_condition
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.warnings import warnings_of_rest
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Modes
 from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import check_torque, network_of_chain, network_of_drive, slack_line

@@ -6,9 +6,17 @@ from functools import cached_property
 from typing import Any
 
 from cabledrive.parameters.cable import Cable
-from cabledrive.parameters.drive_parts import Carriage, Goal, Layout, Lumped, Motor, Pulley, Sensors
+from cabledrive.parameters.drive_parts import (
+    Carriage,
+    Goal,
+    Layout,
+    Lumped,
+    Motor,
+    Pulley,
+    Sensors,
+    StatedExcitation,
+)
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import check_fields, check_text, choice, described, meaning, nearest
 
 SCHEMA_VERSION = 1

@@ -8,9 +8,17 @@ from typing import Any
 
 from cabledrive.parameters.cable import Cable, Rope, with_type
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, Drive, check_count
-from cabledrive.parameters.drive_parts import Carriage, Goal, Layout, Lumped, Motor, Pulley, Sensors
+from cabledrive.parameters.drive_parts import (
+    Carriage,
+    Goal,
+    Layout,
+    Lumped,
+    Motor,
+    Pulley,
+    Sensors,
+    StatedExcitation,
+)
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import key_of, kind_of, nearest, written
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import (

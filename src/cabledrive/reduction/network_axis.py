@@ -11,9 +11,14 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.holding import FREE
-from cabledrive.mechanics.network.assembly import Network, network_of, relative_turn, rotor_turn
+from cabledrive.mechanics.network.assembly import (
+    Network,
+    network_of,
+    network_response,
+    relative_turn,
+    rotor_turn,
+)
 from cabledrive.mechanics.network.motion import ALONG
-from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley

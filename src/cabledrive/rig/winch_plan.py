@@ -15,8 +15,7 @@ from cabledrive.parameters import InputRefused, Sensors
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import posed
-from cabledrive.reduction.two_motors import TwoMotorMachine
-from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at
+from cabledrive.reduction.two_motors import TwoMotorMachine, TwoMotors, line_at
 from cabledrive.rig.setting import BodyMotion
 from cabledrive.trajectories import Trajectory, pulse
 

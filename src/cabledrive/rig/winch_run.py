@@ -20,7 +20,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
-from cabledrive.reduction.two_motors_kernels import TwoMotors, line_at, pulled
+from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
 from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.setting import Disturbance, stepped_in
 from cabledrive.rig.winch_plan import Setup, held_tensions, lines_along

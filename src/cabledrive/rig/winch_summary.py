@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.two_motors import ASSUMED
-from cabledrive.reduction.two_motors_kernels import TwoMotors
+from cabledrive.reduction.two_motors import ASSUMED, TwoMotors
 from cabledrive.rig.winch_plan import Setup
 from cabledrive.rig.winch_run import PlantRun, TwoMotorTracking, bound_of_place, least_damping, part_used
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.excitation import Order
+from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_map import Grid, Listed, listed_below, points_of

@@ -7,7 +7,7 @@ from math import isfinite, pi
 
 import numpy as np
 
-from cabledrive.mechanics.warnings import elastic_range, largest_pretension
+from cabledrive.mechanics.datasheet import elastic_range, largest_pretension
 from cabledrive.modal.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array

@@ -12,8 +12,8 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
-from cabledrive.reduction.autoparametric_batch import many_models, pulley_modes, spans_at_rest, straight_spans
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
+from cabledrive.reduction.oscillators import many_models, pulley_modes, spans_at_rest, straight_spans
 from cabledrive.reduction.threshold import (
     growth_rates,
     instability_half_width,

@@ -8,8 +8,8 @@ from typing import Any
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 
+from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.mechanics.holding import CONDITIONS
-from cabledrive.mechanics.warnings import drive_warnings
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held
 from cabledrive.modal.mode_rows import certificate_line, mode_rows

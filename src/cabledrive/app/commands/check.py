@@ -6,7 +6,7 @@ import click
 
 from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
 from cabledrive.app.results import Answer, NewFile, known, provenance
-from cabledrive.mechanics.warnings import drive_warnings
+from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.mechanics.datasheet import ELASTIC_RULE
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.statics import Statics, statics_of, unheld_words
-from cabledrive.mechanics.warnings import ELASTIC_RULE
 from cabledrive.parameters.route import RoutedDrive
 
 _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0

@@ -8,7 +8,7 @@ bodies are where the file has them. A drum at the end of a rope that nothing dri
 the tension there stays.
 """
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -74,28 +74,21 @@ def statics_of(drive: RoutedDrive) -> Statics:
             said = f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push"
             raise InputRefused(f"{said}: raise pretension, or change masses and loads")
     frames = np.array([(span.along, span.across) for span in drive.free_spans])
+    ropes = np.array([drive.route[span.route].ropes for span in drive.free_spans])
+    ends = np.array([(own[0].force, np.negative(own[-1].end_force)) for own in stretches])
+    ends *= ropes[:, None, None]
     sprung = {body.name for body in drive.body if body.stiffness > 0.0}
     return Statics(
         stretches=stretches,
         start=np.array([own[0].tensions[0] for own in stretches]),
         end=np.array([own[-1].tensions[1] for own in stretches]),
-        forces=np.einsum("sea,sax->sex", _end_forces(drive, stretches), frames.reshape(-1, 2, 2)),
+        forces=np.einsum("sea,sax->sex", ends, frames.reshape(-1, 2, 2)),
         preload={
             name: -float(force)
             for name, force in zip(motion.names, total, strict=True)
             if name.rpartition(".")[0] in sprung
         },
     )
-
-
-def _end_forces(drive: RoutedDrive, stretches: Sequence[Sequence[RestingStretch]]) -> Array:
-    """Force of all parallel ropes on both ends of each span, along and across it, (spans, 2, 2) [N]."""
-    found = np.zeros((len(stretches), 2, 2))
-    for number, (span, own) in enumerate(zip(drive.free_spans, stretches, strict=True)):
-        found[number, 0] = own[0].force
-        found[number, 1] = np.negative(own[-1].end_force)
-        found[number] *= drive.route[span.route].ropes
-    return found
 
 
 def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:

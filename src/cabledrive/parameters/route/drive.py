@@ -7,9 +7,8 @@ from typing import Any, NoReturn
 
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, check_count, check_excitation
-from cabledrive.parameters.drive_parts import Goal, Sensors
+from cabledrive.parameters.drive_parts import Goal, Sensors, StatedExcitation
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.excitation import StatedExcitation
 from cabledrive.parameters.fields import check_fields, check_text, choice, described, meaning, nearest
 from cabledrive.parameters.route.geometry import FreeSpan, Place, spans_of_route
 from cabledrive.parameters.route.parts import (

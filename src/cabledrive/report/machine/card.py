@@ -6,8 +6,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 from cabledrive.modal import Mode, Modes
+from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
-from cabledrive.modal.rigid_supports import against_lumped_springs, against_rigid_supports
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Cell, Figure, Table, table

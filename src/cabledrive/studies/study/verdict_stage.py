@@ -7,7 +7,7 @@ on. No: torque, speed, slack or resonance refuse the motion, which no law can me
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cabledrive.mechanics.warnings import elastic_range, largest_pretension
+from cabledrive.mechanics.datasheet import elastic_range, largest_pretension
 from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
