@@ -176,10 +176,9 @@ class Engine:
         """Rows of a chunk by a trial of the first rows; a fixed number where they end their process."""
         with self.opened(spec) as executor:
             try:
-                rows: int = executor.submit(chosen_chunk, spec, self.count).result()
+                return executor.submit(chosen_chunk, spec, self.count).result()
             except self.lost:
                 return min(spec.chunk or min(UNTRIED, shared_rows(spec, self.count)), spec.design.rows)
-            return rows
 
     def reports(self, plan: Plan, todo: Sequence[int]) -> Iterator[Counts | None]:
         """Rows of each chunk as it is done, None when they begin; `OSError` if the disk refuses."""
@@ -242,10 +241,9 @@ def do_alone(number: int, plan: Plan) -> Counts:
     """
     (first, last), rows = plan.bounds(number), list[Chunk]()
     with suppress(NotComputed):
-        found, _ = _alone(plan.spec, f"chunk {number}", do_chunk, number, plan)
+        found: Counts | None = _alone(plan.spec, f"chunk {number}", do_chunk, number, plan)[0]
         if found is not None:
-            counts: Counts = found
-            return counts
+            return found
     for row in range(first, last):
         for _ in range(CERTAIN):
             chunk, status = _alone(plan.spec, f"row {row}", compute_rows, plan.spec, row, row + 1)

@@ -13,6 +13,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from cabledrive.campaign.results import FEWEST_ROWS, Results, open_results, tolerance
+from cabledrive.campaign.rows import WORDS
 from cabledrive.campaign.spec import DRIVE, settings_of
 from cabledrive.parameters import InputRefused, drive_text
 from cabledrive.parameters.tables import drive_from_tables
@@ -28,7 +29,6 @@ MOST_COLUMNS = 8
 WORST = 10
 MOST_REASONS = 8
 QUANTILES = (0.0, 0.01, 0.5, 0.99, 1.0)
-STATUS_WORDS = {0: "done", 1: "defect", 2: "refused", 3: "not completed"}
 
 
 Judged = dict[str, Any] | None
@@ -180,9 +180,7 @@ def _reasons(results: Results) -> Iterator[Table]:
         kind = (int(results.code[row]), "".join(c for c in line if not (c.isdigit() or c in ".e-+")))
         kinds[kind] += 1
         examples.setdefault(kind, line)
-    rows = [
-        (STATUS_WORDS[kind[0]], examples[kind], str(count)) for kind, count in kinds.most_common(MOST_REASONS)
-    ]
+    rows = [(WORDS[kind[0]], examples[kind], str(count)) for kind, count in kinds.most_common(MOST_REASONS)]
     yield table("Why rows have no result, with an example of each kind.", "status | example | rows []", rows)
 
 

@@ -14,10 +14,17 @@ from cabledrive.studies.frequency_curves import varied_together
 
 DONE, DEFECT, REFUSED, FAILED, NOT_YET = 0, 1, 2, 3, -1
 """Status of a row, as the exit status of a command; a defect of the package ends its row alone."""
+WORDS = {
+    DONE: "done",
+    DEFECT: "defect",
+    REFUSED: "refused",
+    FAILED: "not completed",
+    NOT_YET: "not yet computed",
+}
+MEANINGS = ", ".join(f"{status} {word}" for status, word in WORDS.items())
 UNKNOWN = -1
 """Of a flag that has not been found."""
 STATUS = "code"
-MEANINGS = "0 done, 1 defect, 2 refused, 3 not completed, -1 not yet computed"
 BESIDE: dict[str, tuple[Any, Any, dict[str, str]]] = {
     STATUS: (np.int8, NOT_YET, {"long_name": f"status of the row: {MEANINGS}"}),
     "reason": (str, "", {"long_name": "why the row is not done, in one line"}),
@@ -72,16 +79,14 @@ def compute_rows(spec: CampaignSpec, first: int, last: int) -> Chunk:
 
 def _begun(spec: CampaignSpec, first: int, last: int) -> tuple[Chunk, Chunk, Chunk]:
     """Values of the keys and outputs by name, and the chunk that holds them, before anything is computed."""
-    count, values, outputs = last - first, spec.values(first, last), {}
-    for output in spec.computation.outputs:
-        dtype, fill = STORED[output.kind]
-        outputs[output.name] = np.full((count, *output.shape), fill, dtype=object if dtype is str else dtype)
-    about = {
-        "code": np.full(count, DONE, dtype=np.int8),
-        "reason": np.full(count, "", dtype=object),
-        "seed": row_seeds(spec.seed, first, last),
-        "time": np.zeros(count),
-    }
+
+    def column(dtype: Any, fill: Any, shape: tuple[int, ...] = ()) -> NDArray[Any]:
+        return np.full((last - first, *shape), fill, dtype=object if dtype is str else dtype)
+
+    values = spec.values(first, last)
+    outputs = {one.name: column(*STORED[one.kind], one.shape) for one in spec.computation.outputs}
+    about = {name: column(dtype, fill) for name, (dtype, fill, _) in BESIDE.items()}
+    about[STATUS][:], about["seed"][:], about["time"][:] = DONE, row_seeds(spec.seed, first, last), 0.0
     return values, outputs, values | outputs | about
 
 

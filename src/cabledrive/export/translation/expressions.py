@@ -4,6 +4,7 @@ import ast
 import math
 import operator
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,27 +42,18 @@ class Expressions:
     def __init__(self, program: "Program", source: Source, scope: Scope) -> None:
         self.program, self.source, self.scope = program, source, scope
 
-    def value(self, node: ast.expr, *, alone: bool = False) -> Value:
-        """Translate an expression; only one that stands ``alone`` may change something."""
+    def value(self, node: ast.expr, kind: str | None = None, *, alone: bool = False) -> Value:
+        """Translate an expression, to a ``kind`` of number where one is wanted.
+
+        Only one that stands ``alone`` may change something.
+        """
         method = getattr(self, "_" + type(node).__name__.lower(), None)
         if method is None:
             self.source.refuse(node, f"{type(node).__name__} in an expression")
         found: Value = method(node)
         if not (found.pure or alone):
             self.source.refuse(node, "a call that changes something inside a larger expression")
-        return found
-
-    def real(self, node: ast.expr) -> Value:
-        """Translate an expression that is to be a real number."""
-        return self.converted(node, self.value(node), REAL)
-
-    def whole(self, node: ast.expr) -> Value:
-        """Translate an expression that is to be an integer."""
-        return self.converted(node, self.value(node), INT)
-
-    def truth(self, node: ast.expr) -> Value:
-        """Translate an expression that is to be true or false."""
-        return self.converted(node, self.value(node), BOOL)
+        return found if kind is None else self.converted(node, found, kind)
 
     def converted(self, node: ast.AST, value: Value, kind: str) -> Value:
         """A scalar as another kind; only an integer becomes a real number without being asked."""
@@ -115,7 +107,7 @@ class Expressions:
         base = self.value(node.value)
         places = list(node.slice.elts) if isinstance(node.slice, ast.Tuple) else [node.slice]
         if isinstance(base.type, Group) and not base.text:  # of a shape
-            place = self.whole(places[0]).known
+            place = self.value(places[0], INT).known
             if place is None or len(places) > 1:
                 self.source.refuse(node, "a length that is not known beforehand")
             return constant(int(Value("", base.type.items[int(place)]).known or 0))
@@ -136,7 +128,7 @@ class Expressions:
                     self.source.refuse(node, f"a slice beyond {view.shape[i]} elements")
                 fixed, shape = fixed + low * strides[i], (high - low, *shape)
                 continue
-            index = self.whole(place)
+            index = self.value(place, INT)
             if index.known is None:
                 moving.append(index.text if strides[i] == 1 else f"({index.text} * {strides[i]})")
             elif -view.shape[i] <= index.known < view.shape[i]:  # from the end as in Python
@@ -154,7 +146,7 @@ class Expressions:
     def _bound(self, node: ast.expr | None, default: int) -> int:
         if node is None:
             return default
-        known = self.whole(node).known
+        known = self.value(node, INT).known
         if known is None:
             self.source.refuse(node, "a slice whose ends are not known beforehand")
         return int(known)
@@ -188,7 +180,7 @@ class Expressions:
 
     def _unaryop(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.Not):
-            one = self.truth(node.operand)
+            one = self.value(node.operand, BOOL)
             return constant(not one.known) if one.known is not None else Value(f"(!{one.text})", Scalar(BOOL))
         one = self.value(node.operand)
         if not isinstance(node.op, ast.USub) or not isinstance(one.type, Scalar) or one.type.kind == BOOL:
@@ -201,7 +193,7 @@ class Expressions:
         both = isinstance(node.op, ast.And)
         parts = []
         for each in node.values:
-            one = self.truth(each)
+            one = self.value(each, BOOL)
             if one.known is None:
                 parts.append(one.text)
             elif one.known != both:  # decides: the rest is not looked at
@@ -238,7 +230,7 @@ class Expressions:
         return Value(f"({left.text} {sign} {right.text})", Scalar(BOOL))
 
     def _ifexp(self, node: ast.IfExp) -> Value:
-        test = self.truth(node.test)
+        test = self.value(node.test, BOOL)
         if test.known is not None:
             return self.value(node.body if test.known else node.orelse)
         left, right = self.value(node.body), self.value(node.orelse)
@@ -283,14 +275,15 @@ class Calls(Expressions):
             self.source.refuse(node, "a call with keywords or a star")
         if called in (min, max):
             return self._extreme(node, called)
-        single = {float: self.real, int: self._int, len: self._len}
+        number = partial(self.value, kind=REAL)
+        single: dict[Any, Callable[[ast.expr], Value]] = {float: number, int: self._int, len: self._len}
         if any(called is one for one in single):
             return single[called](node.args[0])
         if called is math.isfinite:
-            return Value(f"cd_isfinite({bare(self.real(node.args[0]).text)})", Scalar(BOOL))
+            return Value(f"cd_isfinite({bare(self.value(node.args[0], REAL).text)})", Scalar(BOOL))
         if getattr(called, "__hash__", None) and called in MATH:
             name = MATH[called] + self.program.precision.suffix
-            return Value(f"{name}({bare(self.real(node.args[0]).text)})", Scalar(REAL))
+            return Value(f"{name}({bare(self.value(node.args[0], REAL).text)})", Scalar(REAL))
         return self.program.call(self, node, called, [self.value(argument) for argument in node.args])
 
     def _extreme(self, node: ast.Call, which: Any) -> Value:

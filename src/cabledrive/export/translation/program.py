@@ -225,7 +225,8 @@ class Program:
             head = f"typedef struct {{ {fields} }} {name}_result;\n"
         gives = f"{name}_result " if head else "void " if result == NOTHING else c_type(result)
         about = f"/* {source.function.__module__.removeprefix(KERNELS)}.{source.function.__name__}: "
-        about += source.summary.replace("*/", "* /") + " */\n"
+        summary = (ast.get_docstring(source.tree) or "").partition("\n")[0]
+        about += summary.replace("*/", "* /") + " */\n"
         signature = f"static {gives}{name}({', '.join(parameters) or 'void'})"
         return Translated(
             name=name,

@@ -31,11 +31,6 @@ class Source:
         """Names of the arguments."""
         return [argument.arg for argument in self.tree.args.args]
 
-    @property
-    def summary(self) -> str:
-        """First line of the docstring."""
-        return (ast.get_docstring(self.tree) or "").partition("\n")[0]
-
     def refuse(self, node: ast.AST, what: str) -> NoReturn:
         """Refuse what C is not written for, at file and line."""
         code = self.function.__code__

@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 from cabledrive.export.translation.expressions import Calls, bare
 from cabledrive.export.translation.nodes import (
+    BOOL,
     INT,
     NOTHING,
     REAL,
@@ -153,7 +154,7 @@ class Statements(Calls):
         return False
 
     def _if(self, node: ast.If, block: Block) -> bool:
-        test = self.truth(node.test)
+        test = self.value(node.test, BOOL)
         if test.known is not None:
             inner, left = self.block(node.body if test.known else node.orelse)
             block += inner
@@ -172,7 +173,7 @@ class Statements(Calls):
             or self.source.resolve(call.func) is not range
         ):
             self.source.refuse(node, "a loop over something else than range")
-        name, given = node.target.id, [self.whole(argument) for argument in call.args]
+        name, given = node.target.id, [self.value(argument, INT) for argument in call.args]
         if (self.source.assigned[name] > 1 and name in self.scope.local) or name in self.scope.counters:
             self.source.refuse(node, f"{name}, which counts a loop and is set elsewhere,")
         if not 1 <= len(given) <= 3:
@@ -204,7 +205,7 @@ class Statements(Calls):
     def _while(self, node: ast.While, block: Block) -> bool:
         if node.orelse:
             self.source.refuse(node, "else of a loop")
-        test = self.truth(node.test)
+        test = self.value(node.test, BOOL)
         inner, _ = self.block(node.body)
         block.append(Node(text=f"while ({bare(test.text)})", blocks=[inner], loop=True))
         return False
