@@ -2,7 +2,7 @@
 
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, partial
 from importlib import resources
 from math import radians
@@ -10,8 +10,11 @@ from typing import Any
 
 from cabledrive.mechanics import DerivedQuantities
 from cabledrive.modal import Modes
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
+from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.parameters.fields import figures_of
+from cabledrive.report.blocks import table, table_text
 from cabledrive.report.typesetting import number, quantity
 
 _SMALL = (
@@ -138,3 +141,48 @@ def in_unit(value: float, unit: str, digits: int = 3) -> str:
 def sentences(lines: Iterable[str]) -> str:
     """Lines as sentences."""
     return " ".join(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines)
+
+
+def mode_table(found: Modes) -> str:
+    """Table of the modes, what repeats in both planes and spans in one row, and the certificate below it."""
+    rows = [
+        (f"{row.frequency:.9g}", str(row.count), row.kind, row.family, row.where) for row in mode_rows(found)
+    ]
+    listed = table_text(table("", "frequency [Hz] | modes [] | kind | family | where", rows))
+    return "\n".join([listed, "", certificate_line(found), *_remarks(found)])
+
+
+def certificate_line(found: Modes) -> str:
+    """Completeness of a list of modes, in one sentence."""
+    proof = found.certificate
+    held = f"{proof.count} modes ({proof.longitudinal} longitudinal, {proof.transverse} transverse)"
+    if found.certified:
+        return f"Complete up to {proof.below:.8g} Hz (certified): {held}."
+    if found.certified_reason != INCOMPLETE:
+        return f"Not certified: {found.certified_reason}. Count up to {proof.below:.8g} Hz: {held}."
+    return f"NOT complete: {held} exist up to {proof.below:.8g} Hz; the list lacks some of them."
+
+
+def _remarks(found: Modes) -> Iterator[str]:
+    """What the rows do not show."""
+    proof = found.certificate
+    reached = ((LONGITUDINAL, proof.longitudinal_below), (TRANSVERSE, proof.transverse_below))
+    for kind, below in reached:
+        if any(mode.frequency > proof.below for mode in found.modes if mode.kind == kind):
+            yield f"{kind.capitalize()} modes alone are listed up to {below:.8g} Hz."
+    yield from (f"Transverse modes: {line}." for line in [_models(found)] if line)
+    yield from (f"Warning: {line}." for line in found.warnings)
+    if found.rigid_body_modes:
+        yield f"Rigid-body modes not listed: {found.rigid_body_modes}."
+
+
+def _models(found: Modes) -> str:
+    """What the cable is taken for in each plane."""
+    planes = (
+        (plane, sorted({m.model or "" for m in found.transverse if m.plane == plane})) for plane in "wv"
+    )
+    words = {"w": "in the plane of gravity", "v": "across it"}
+    parts = [(words[plane], " and ".join(models)) for plane, models in planes if models]
+    if len({models for _, models in parts}) == 1:
+        return parts[0][1]
+    return "; ".join(f"{models} {plane}" for plane, models in parts)

@@ -12,7 +12,7 @@ from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held
-from cabledrive.modal.mode_rows import certificate_line, mode_rows
+from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive, InputRefused, NotComputed, packaged_drives
 from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
 from cabledrive.parameters.units import to_si
@@ -23,7 +23,7 @@ from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
 from cabledrive.report.typesetting import quantity, typeset_words
-from cabledrive.report.words import DATASHEET
+from cabledrive.report.words import DATASHEET, certificate_line
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.resonance import ResonanceSummary, resonance
 from cabledrive.studies.resonance_map import GrowthMap, growth_map

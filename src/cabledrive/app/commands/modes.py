@@ -9,10 +9,10 @@ from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
-from cabledrive.modal.mode_rows import certificate_line, mode_table
 from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.report.words import certificate_line, mode_table
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 
