@@ -1,7 +1,7 @@
 """Statements of C as a tree, the types of its expressions, and numbers as C writes them."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from math import isinf, isnan
 from typing import Any, TypeAlias
@@ -163,13 +163,8 @@ def _all_blocks(block: Block) -> Iterator[Block]:
             yield from _all_blocks(inner)
 
 
-def declare(block: Block, types: dict[str, Kind], written: Callable[[str, Kind], str]) -> None:
-    """Give every local its declaration, in the innermost block that holds it; ``written``: type in C."""
-    for name, kind in types.items():
-        _place(block, name, written(name, kind))
-
-
-def _place(block: Block, name: str, kind: str) -> None:
+def declare(block: Block, name: str, kind: str) -> None:
+    """Give a local its declaration, in the innermost block that holds it; ``kind``: its type in C."""
     used = [node for node in block if _inside(node, name)]
     if not used:
         return
@@ -177,7 +172,7 @@ def _place(block: Block, name: str, kind: str) -> None:
     if len(used) == 1 and first.blocks and not first.reads(name):
         inner = [one for one in first.blocks if any(_inside(node, name) for node in one)]
         if len(inner) == 1 and (not first.loop or _begins_by_setting(inner[0], name)):
-            _place(inner[0], name, kind)
+            declare(inner[0], name, kind)
             return
     if first.target == name and not mentions(first.value, name):
         first.declared = kind

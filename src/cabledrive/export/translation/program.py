@@ -200,13 +200,12 @@ class Program:
         if FROZEN in written:
             source.refuse(source.tree, f"{source.function.__name__}, which writes to frozen numbers,")
 
-        def declared(local: str, kind: Kind) -> str:
+        for local, kind in locals_.items():
             if isinstance(kind, Group):
                 value = next(node.value for node in walk(block) if node.target == local)
-                return f"{value.partition('(')[0]}_result "
-            return c_type(kind, local not in written)
-
-        declare(block, locals_, declared)
+                declare(block, local, f"{value.partition('(')[0]}_result ")
+            else:
+                declare(block, local, c_type(kind, local not in written))
         text = "\n".join(printed(block))
         parameters = []
         taken, writes = [], []

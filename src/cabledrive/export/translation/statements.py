@@ -34,7 +34,10 @@ class Statements(Calls):
     widened = False
 
     def block(self, statements: list[ast.stmt]) -> tuple[Block, bool]:
-        """Statements in order, and whether the last one leaves; what follows it is unreachable."""
+        """Statements in order, and whether the last one leaves; what follows it is unreachable.
+
+        Of those that may leave, the method gives whether it does.
+        """
         block: Block = []
         for statement in statements:
             method = getattr(self, "_" + type(statement).__name__.lower(), None)
@@ -44,24 +47,22 @@ class Statements(Calls):
                 return block, True
         return block, False
 
-    def _pass(self, _: ast.Pass, block: Block) -> bool:
-        return False
+    def _pass(self, _: ast.Pass, block: Block) -> None:
+        """Nothing is written."""
 
-    def _expr(self, node: ast.Expr, block: Block) -> bool:
+    def _expr(self, node: ast.Expr, block: Block) -> None:
         if isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
-            return False
+            return
         if not isinstance(node.value, ast.Call):
             self.source.refuse(node, "an expression that does nothing")
         block.append(Node(text=f"{self.value(node.value, alone=True).text};"))
-        return False
 
-    def _annassign(self, node: ast.AnnAssign, block: Block) -> bool:
+    def _annassign(self, node: ast.AnnAssign, block: Block) -> None:
         if node.value is None:
             self.source.refuse(node, "a declaration without a value")
         self.assign(node.target, self.value(node.value, alone=True), block)
-        return False
 
-    def _assign(self, node: ast.Assign, block: Block) -> bool:
+    def _assign(self, node: ast.Assign, block: Block) -> None:
         if len(node.targets) > 1:
             self.source.refuse(node, "several targets of one value")
         target = node.targets[0]
@@ -71,7 +72,6 @@ class Statements(Calls):
             self._assign_many(target, [self.value(part) for part in node.value.elts], block)
         else:
             self._unpack(node, target, block)
-        return False
 
     def _unpack(self, node: ast.Assign, target: ast.Tuple, block: Block) -> None:
         """Several values of a call, or the lengths of an array."""
@@ -148,10 +148,9 @@ class Statements(Calls):
             self.scope.roots.setdefault(c_name(name), set()).update(value.roots)
         block.append(Node(target=c_name(name), value=bare(value.text), pure=value.pure))
 
-    def _augassign(self, node: ast.AugAssign, block: Block) -> bool:
+    def _augassign(self, node: ast.AugAssign, block: Block) -> None:
         value = self.arithmetic(node, self.value(node.target), node.op, self.value(node.value))
         self.assign(node.target, value, block)
-        return False
 
     def _if(self, node: ast.If, block: Block) -> bool:
         test = self.value(node.test, BOOL)
@@ -164,7 +163,7 @@ class Statements(Calls):
             block.append(Node(text=f"if ({bare(test.text)})", blocks=[then, other]))
         return first and second
 
-    def _for(self, node: ast.For, block: Block) -> bool:
+    def _for(self, node: ast.For, block: Block) -> None:
         call = node.iter
         if (
             node.orelse
@@ -184,7 +183,7 @@ class Statements(Calls):
             self.source.refuse(node, "a loop whose step is not known beforehand")
         if start.known is not None and stop.known is not None:
             if not range(start.known, stop.known, step.known):
-                return False
+                return
         elif stop.known is None:
             held = self.scope.fresh(Scalar(INT))  # Python asks for the end once
             block.append(Node(target=held, value=bare(stop.text)))
@@ -200,15 +199,13 @@ class Statements(Calls):
         change = f"{'++' if up else '--'}{count}" if size == 1 else f"{count} {'+' if up else '-'}= {size}"
         head = f"int32_t {count} = {start.text}; {count} {'<' if up else '>'} {stop.text}; {change}"
         block.append(Node(text=f"for ({head})", blocks=[inner], loop=True))
-        return False
 
-    def _while(self, node: ast.While, block: Block) -> bool:
+    def _while(self, node: ast.While, block: Block) -> None:
         if node.orelse:
             self.source.refuse(node, "else of a loop")
         test = self.value(node.test, BOOL)
         inner, _ = self.block(node.body)
         block.append(Node(text=f"while ({bare(test.text)})", blocks=[inner], loop=True))
-        return False
 
     def _break(self, _: ast.Break, block: Block) -> bool:
         block.append(Node(text="break;"))
