@@ -105,7 +105,6 @@ class Computation(Protocol):
         InputRefused, NotComputed
             The row gets status 2 or 3, and the line as its reason.
         """
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -51,7 +51,6 @@ class Design(Protocol):
         ndarray, shape (last - first, axes)
             Between 0 and 1, one column for each axis in the order of the SPEC.
         """
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

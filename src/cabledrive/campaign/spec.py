@@ -103,10 +103,8 @@ class CampaignSpec:
         InputRefused
             If the points of the design are not of the shape, or outside the unit cube.
         """
-        points, shape = (
-            np.asarray(self.design.points(first, last), dtype=float),
-            (last - first, len(self.axes)),
-        )
+        points = np.asarray(self.design.points(first, last), dtype=float)
+        shape = (last - first, len(self.axes))
         if points.shape != shape or not np.all((points >= 0.0) & (points <= 1.0)):
             said = f"design: points of rows {first} to {last} are no array of shape"
             raise InputRefused(f"{said} {shape} between 0 and 1: correct the design")

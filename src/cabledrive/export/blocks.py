@@ -176,10 +176,6 @@ def path_state(law: ControllerFile) -> PathState:
 
 def new_loop(law: ControllerFile, plant: Loop) -> LoopTarget:
     """A closed loop at rest, before a motion is given."""
-    if law.reference is None:
-        raise InputRefused(
-            "the file has no reference generator, it was written by an earlier version: study again"
-        )
     target = new_target_state(law.observer, law.law, law.late_samples)
     target.datum[:] = np.nan
     start = start_estimates(law.law)

@@ -14,7 +14,7 @@ import numpy as np
 from cabledrive.control.controller_kernels import new_target_state, path_row, start_target, target_step
 from cabledrive.control.numbers import DARC, LINEAR, start_estimates
 from cabledrive.export.blocks import needed_rise, path_state
-from cabledrive.export.c99 import SAMPLES, SEED, as_type, commands_of, references_of, rippled_readings
+from cabledrive.export.c99 import as_type, commands_of, self_test
 from cabledrive.export.source import ExportSource, loop_on
 from cabledrive.export.translation.source import interpreted
 from cabledrive.parameters import InputRefused
@@ -128,8 +128,6 @@ def peak_error(source: ExportSource, law: ControllerFile, kind: Any) -> float:
 
 def self_test_gap(law: ControllerFile) -> tuple[float, float]:
     """Largest difference of the self-test's commands in single precision, and largest command [N m]."""
-    readings = rippled_readings(law, SAMPLES, np.random.default_rng(SEED))
-    references = references_of(law, SAMPLES)
-    exact, _ = commands_of(law, readings, references)
-    rounded, _ = commands_of(in_precision(law, np.float32), readings, references, np.float32)
-    return float(np.max(np.abs(exact - rounded))), float(np.max(np.abs(exact)))
+    exact = self_test(law)
+    rounded, _ = commands_of(in_precision(law, np.float32), exact.readings, exact.references, np.float32)
+    return float(np.max(np.abs(exact.commands - rounded))), float(np.max(np.abs(exact.commands)))
