@@ -12,7 +12,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.reduction.friction_integration import direction, integrate_chain
-from cabledrive.reduction.lumped_chain import lumped_model, speed_transfer_function, to_control
+from cabledrive.reduction.lumped_chain import lumped_model, to_control
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.threshold import growth_torque
 from cabledrive.reduction.uniform_tension import uniform_tension_model
@@ -51,7 +51,6 @@ ROWS = [
     (without_fit("pulley.1.fixed=true"), ["fixed"]),
     (without_fit("kind=line"), ["loop"]),
     (lambda: integrate_chain(lumped_model(HELD), np.zeros(5), 1e-3), ["holding stiffness = 25 N m/rad"]),
-    (lambda: speed_transfer_function(lumped_model(HELD)), ["holding stiffness = 25 N m/rad"]),
     (lambda: direction(2, "mass"), ["mass", "inertia"]),
     (lambda: lumped_model(cd.load_drive("dissertation-2"), 4), ["model", "4"]),
     (lambda: lumped_model(cd.load_drive("dissertation-transporter"), 3), ["model", "carriages", "1"]),

@@ -13,7 +13,7 @@ from cabledrive.mechanics.holding import held_joints, motor_condition
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Modes
 from cabledrive.modal.motion import Mode
-from cabledrive.modal.networks import check_torque, network_of_chain, network_of_drive, slack_line
+from cabledrive.modal.networks import network_of_chain, network_of_drive, slack_line
 from cabledrive.modal.ranges import (
     ALLOWED,
     INCOMPLETE,
@@ -92,7 +92,8 @@ def modes(
     ----------
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
-    check_torque(at_torque)
+    if not isfinite(at_torque):
+        raise InputRefused(f"at_torque = {at_torque} N m is not finite: give the steady torque in N m")
     spectrum, network = _spectrum(drive, motor, hold, at_torque)
     listed = _listed(spectrum, below, count)
     if isinstance(drive, AxisDrive):

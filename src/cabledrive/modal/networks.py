@@ -10,8 +10,6 @@ from itertools import pairwise
 from math import inf
 from typing import Any
 
-import numpy as np
-
 from cabledrive.mechanics.chain import HOLDING_SPRING, LabelledChain
 from cabledrive.mechanics.holding import (
     DRIVE_PULLEY,
@@ -26,7 +24,7 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.pieces import End, parts_of_piece, straight_above
 from cabledrive.modal.rows import MASS, SPRING
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import Drive, NotComputed
 
 
 @dataclass(frozen=True)
@@ -231,12 +229,6 @@ def network_of_drive(
 def _edge(section: RestingSection, density: float) -> float:
     """Where sag moves no mode of a section any more [rad/s]; 0 where it hangs slack."""
     return straight_above(section.stretches, density) if section.lowest_tension > 0.0 else 0.0
-
-
-def check_torque(at_torque: float) -> None:
-    """Refuse a torque that is no number."""
-    if not np.isfinite(at_torque):
-        raise InputRefused(f"at_torque = {at_torque} N m is not finite: give the steady torque in N m")
 
 
 def slack_line(section: RestingSection) -> str:

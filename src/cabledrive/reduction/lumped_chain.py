@@ -104,35 +104,6 @@ def held(system: Array, column: Array, interval: float) -> tuple[Array, Array]:
     return power[:n, :n], power[:n, n]
 
 
-def speed_transfer_function(chain: LumpedChain, torque_on: int = 0, speed_of: int = 0) -> tuple[Array, Array]:
-    """Polynomials of the transfer function from torque to speed, Eqs. (4.17), (4.19), (6.12), (6.14).
-
-    The second line of (4.19) and the first of (6.14) are misprinted; the equations of motion give this.
-
-    ``chain``: one inertia gives (4.17), motor and drive pulley (4.19), Model 3 (6.12), Model 4 (6.14);
-    ``torque_on``, ``speed_of``: numbers of the inertias, from the motor.
-    Returns ``numerator``, shape (2n - 1,); ``denominator``, shape (2n,): coefficients of falling powers of s;
-    the denominator starts with 1. Refused with a holding stiffness, whose force is that of an angle.
-    """
-    if chain.holding > 0.0:
-        raise InputRefused(
-            f"holding stiffness = {chain.holding:.4g} N m/rad: the response in speeds is that of a motor "
-            "that turns freely; take speed_response, or leave out motor.holding_stiffness"
-        )
-    n, g, inertias = chain.size, chain.link_matrix, np.array(chain.inertias)
-    a = np.zeros((2 * n - 1, 2 * n - 1))  # of n - 1 stretches, then n speeds, without rigid rotation
-    a[: n - 1, n - 1 :] = g
-    a[n - 1 :, : n - 1] = -np.diag(1.0 / inertias) @ g.T @ np.diag(chain.stiffness)
-    a[n - 1 :, n - 1 :] = -np.diag(1.0 / inertias) @ chain.damping_matrix
-    column, row = np.zeros(2 * n - 1), np.zeros(2 * n - 1)
-    column[n - 1 + torque_on], row[n - 1 + speed_of] = 1.0 / inertias[torque_on], 1.0
-    denominator = np.real(np.poly(a))
-    # det(s - A + b c) = det(s - A) (1 + c (s - A)^-1 b); b is scaled to the size of A against cancellation.
-    scale = np.linalg.norm(a) / np.linalg.norm(column) if np.any(a) else 1.0
-    numerator = (np.real(np.poly(a - scale * np.outer(column, row))) - denominator) / scale
-    return numerator[1:], denominator
-
-
 def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_of: int = 0) -> Complex:
     r"""Frequency response from torque to speed.
 
@@ -307,27 +278,6 @@ def to_control(chain: LumpedChain) -> Any:
         outputs=angles,
         states=[*(f"{name}.state" for name in angles), *(f"{name}_speed" for name in chain.names)],
     )
-
-
-def speed_to_control(chain: LumpedChain, torque_on: int = 0, speed_of: int = 0) -> Any:
-    """A transfer function from torque to speed as an object of python-control.
-
-    Parameters
-    ----------
-    chain : LumpedChain
-    torque_on, speed_of : int, default 0
-        Numbers of the inertias, from the motor.
-
-    Returns
-    -------
-    control.TransferFunction
-
-    Raises
-    ------
-    InputRefused
-        If python-control is not installed.
-    """
-    return _control().tf(*speed_transfer_function(chain, torque_on, speed_of))
 
 
 def _control() -> Any:
