@@ -125,12 +125,16 @@ def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
                 f"route {route.name} runs: its bending stiffness is left out, which would raise mode n of a "
                 f"span by up to {most:.2g} n^2 of it"
             )
-    sag = sag_errors(network)
-    for number, span in enumerate(network.drive.free_spans):
-        if sag[number] > 1e-4 and not (hanging and not network.drive.route[span.route].speed):
+    yield from sag_words(network, hanging=hanging)
+
+
+def sag_words(network: Network, *, hanging: bool = False, least: float = 1e-4) -> Iterator[str]:
+    """Spans whose first mode is moved by more than a share by sag that is left out."""
+    drive = network.drive
+    for span, error in zip(drive.free_spans, sag_errors(network).tolist(), strict=True):
+        if error > least and not (hanging and not drive.route[span.route].speed):
             yield (
-                f"sag, which is left out, moves the first mode of span {span.name} "
-                f"by up to {sag[number]:.2g} of it"
+                f"sag, which is left out, moves the first mode of span {span.name} by up to {error:.2g} of it"
             )
 
 

@@ -1,15 +1,13 @@
 r"""Input shapers: impulses that a motion is convolved with, and how far they round the corners of a path.
 
 Definitions of the types are those of Klipper's documentation [1]_, so that a printer moves as computed here.
-
-.. [1] Klipper documentation, "Resonance compensation", https://www.klipper3d.org/Resonance_Compensation.html
-
-After Klipper's documentation [1]_: the motion about its mean delay :math:`\bar t` deviates from the path, at
+After [2]_ the motion about its mean delay :math:`\bar t` deviates from the path, at
 a reversal under the acceleration a by :math:`\tfrac a2\sum A_i(t_i - \bar t)^2`, at a right angle passed at
 the square-corner speed v by
 :math:`\sqrt2\sum_{t_i>\bar t} A_i\,(v + \tfrac a2 (t_i - \bar t))(t_i - \bar t)`.
 
-.. [1] Klipper documentation, "Measuring resonances", https://www.klipper3d.org/Measuring_Resonances.html
+.. [1] Klipper documentation, "Resonance compensation", https://www.klipper3d.org/Resonance_Compensation.html
+.. [2] Klipper documentation, "Measuring resonances", https://www.klipper3d.org/Measuring_Resonances.html
 """
 
 from dataclasses import dataclass

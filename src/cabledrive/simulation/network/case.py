@@ -11,6 +11,7 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.statics import unheld_words
+from cabledrive.modal.ranges import ALLOWED, sag_words
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
@@ -176,7 +177,10 @@ class NetworkCase(RopeRun):
             slack_events=self.slack_events(state),
             largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
             assumptions=_ASSUMPTIONS + left_out(mesh.network.drive),
-            doubts=tuple(unheld_words(mesh.network.motion, mesh.network.statics)),
+            doubts=(
+                *unheld_words(mesh.network.motion, mesh.network.statics),
+                *sag_words(mesh.network, least=ALLOWED),
+            ),
             provenance=self.provenance(
                 {"motor": mesh.network.motion.motor}, torque=[signal.fingerprint for signal in self.torques]
             ),
