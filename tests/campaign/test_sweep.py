@@ -145,6 +145,13 @@ def test_a_design_and_a_computation_of_one_s_own_are_taken(tmp_path):
     np.testing.assert_array_equal(data.square, data["own.x"] ** 2 + data.seed % 7)
 
 
+def test_a_number_of_pulses_that_is_not_whole_is_refused_in_its_row(tmp_path):
+    text = HEAD + '[vary]\nmotion.pulses = { values = [1.7] }\n[compute]\nwhat = "track"\n'
+    row = compute_rows(spec_of(tomllib.loads(text), tmp_path), 0, 1)
+    assert row["code"][0] == 2
+    assert "motion.pulses = 1.7 must be a whole number" in row["reason"][0]
+
+
 HEAD = 'drive = "dissertation-3"\n'
 VARY = '[vary]\n"cable.pretension" = { from = "3 N", to = "9 N" }\n'
 DESIGN = '[design]\nkind = "sobol"\nrows = 8\n'

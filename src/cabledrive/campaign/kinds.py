@@ -227,12 +227,12 @@ def _track(row: Row) -> Mapping[str, Any] | Found:
     from cabledrive.rig.setting import DEGREE
 
     o = row.options
-    shown: dict[str, Any] = {"angle": lambda angle: angle / DEGREE, "pulses": int, "order": int}
+    motion = {name: value / DEGREE if name == "angle" else value for name, value in row.motion.items()}
     given = {field.name: o[field.name] for field in fields(RigOptions) if field.name in o}
     found = track(
         row.drive,
         **{name: o[name] for name in OF_THE_RUN if name in o},
-        motion=Motion(**{name: shown.get(name, float)(value) for name, value in row.motion.items()}),
+        motion=Motion(**motion),
         options=RigOptions(**given, forbid_slack=not o.get("tension_only", False)),
         plant_drive=row.plant,
         seed=row.seed,
@@ -262,8 +262,6 @@ def _study(row: Row) -> Mapping[str, Any]:
     given: dict[str, Any] = dict(row.goals) | {"seed": row.seed}
     if row.options.get("quick", True):
         given = {"draws": 400, "cable_draws": 0, "carriage_draws": 400} | given
-    counts = ("pulses", "order", "draws", "cable_draws", "carriage_draws", "seed")
-    given |= {name: int(given[name]) for name in counts if name in given}
     result = run_study(row.drive, (), Goals(**given))
     said, chosen = results_of(result), result.laws.chosen
     return {name: said.get(name) for name in STUDY} | {"chosen_controller": chosen and chosen.controller}

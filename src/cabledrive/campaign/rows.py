@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cabledrive.campaign.computation import FLAG, NUMBER, TEXT, Found, Row
 from cabledrive.campaign.spec import COMPUTE, DRIVE, GOALS, MOTION, OWN, PLANT, CampaignSpec, settings_of
 from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.toml_values import whole_of
 from cabledrive.studies.frequency_curves import varied_together
 
 DONE, DEFECT, REFUSED, FAILED, NOT_YET = 0, 1, 2, 3, -1
@@ -121,6 +122,9 @@ def _one(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> tuple[Mapp
 def row_of(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> Row:
     """One row as its computation gets it. Raises `InputRefused` if its values make no drive."""
     plain = {key: plain_value(value, spec.units.get(key, "1")) for key, value in values.items()}
+    for key, value in plain.items():
+        if spec.units.get(key) == "count" and key.startswith((f"{MOTION}.", f"{GOALS}.", f"{COMPUTE}.")):
+            whole_of(key, value)
     name = plain.get(DRIVE, next(iter(spec.drives)))
     settings, plant = settings_of(plain, ""), settings_of(plain, PLANT)
     base = spec.drives[name]
