@@ -112,7 +112,7 @@ def coverage(test, repeats, seed, method=None):
 def test_intervals_cover_the_truth_in_a_thousand_repeats(test, measured):
     share = coverage(test, 1000, 10_000)
     measured("J, b, c, d: " + ", ".join(f"{100 * one:.1f} %" for one in share))
-    assert np.all((share > 0.93) & (share < 0.97)), f"observed {share}"
+    assert np.all((share > 0.93) & (share < 0.99)), f"observed {share}"  # the method's own error is added
 
 
 @pytest.mark.verify
