@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,9 @@ from cabledrive.export.block import Block, Variable, given, output, parameter
 from cabledrive.export.source import NOTE, ExportSource, plant_loop
 from cabledrive.export.translation.nodes import REAL, Precision, Scalar, Value, View
 from cabledrive.export.translation.program import Program
+from cabledrive.mechanics.network import network_of
+from cabledrive.modal.mode import LONGITUDINAL
+from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -238,6 +242,9 @@ def cable_block(drive: Drive | RoutedDrive) -> Block:
         kernels["middle"] = (cable_middle, [frozen, state, _named("middles", spans)])
     calls = {name: program.root(kernel, values)[1] for name, (kernel, values) in kernels.items()}
     groups, variables, places = _variables(cable), list[Variable](), dict[str, int]()
+    sag = None
+    if isinstance(drive, RoutedDrive):  # its ropes are straight in the model
+        sag = straight_limit(network_of(drive), 2.0 * pi * cable.highest, kind=LONGITUDINAL)
     for name, group in groups.items():
         places[name] = len(variables) if group else 0
         variables += group
@@ -251,7 +258,7 @@ def cable_block(drive: Drive | RoutedDrive) -> Block:
         program=program,
         words={"hash": content_hash(drive), "cable": cable, "calls": calls, "places": places},
         variables=variables,
-        notes=_notes(cable),
+        notes=[*_notes(cable), *([sag] if sag else [])],
     )
 
 
