@@ -129,6 +129,7 @@ REFUSALS = [
     ("printer", 'pulley = "motor"', 'pulley = "moter"', 'did you mean "motor"'),
     ("printer", 'moves = "x"', 'moves = ["x", "y"]\nload = ["0 N", "5 N"]', "5 N along y are missing"),
     ("printer", 'moves = "x"', 'moves = "x"\nload = ["-70 N", "0 N"]', "a rope cannot push"),
+    ("printer", 'moves = "x"', "moves = 5", 'must be "x"'),
     ("printer", 'pretension = "30 N"', "", "give pretension"),
     ("printer", '"+lower idler", "+upper idler"', '"+upper idler", "+lower idler"', "cross"),
     ("ropeway", '["701.2 m", "12.0000 m"]', '["701.2 m", "11.9800 m"]', "the cable has left the pulley"),

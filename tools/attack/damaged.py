@@ -61,7 +61,7 @@ amplitude = "2 V"
 duration = "2 s"
 frequencies = ["3 Hz", "7.5 Hz", 11]
 """
-SWEEP = b"""drive = "dissertation-2"
+SWEEP = b"""drive = "dissertation-3"
 [vary]
 "pulley.1.inertia" = { from = "20 kg cm^2", to = "26 kg cm^2" }
 "cable.pretension" = { values = ["3 N", 4, "500 gf"] }

@@ -4,7 +4,7 @@ import dataclasses
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cabledrive.parameters.cable import Rope
+from cabledrive.parameters.cable import RIGIDITY, Rope
 from cabledrive.parameters.drive_parts import Motor
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import (
@@ -63,7 +63,7 @@ class Body:
     def __post_init__(self) -> None:
         check_fields(self)
         check_name(self.name)
-        given = (self.moves,) if isinstance(self.moves, str) else tuple(self.moves)
+        given = tuple(self.moves) if isinstance(self.moves, (list, tuple)) else (self.moves,)
         object.__setattr__(self, "moves", given)
         if not given or any(move not in MOVES for move in given) or len(set(given)) < len(given):
             raise InputRefused(f'moves = {written(list(given))} must be "x", "y", "turn", or ["x", "y"]')
@@ -147,9 +147,6 @@ class RouteLayout(Checked):
     inclination: float = quantity("rad", "steepness", "angle of the x axis above the horizontal", 0.0)
 
 
-_RIGIDITY = ("youngs_modulus", "area", "given_rigidity")
-
-
 @described
 @dataclass(frozen=True, kw_only=True)
 class Route(Rope):
@@ -170,8 +167,9 @@ class Route(Rope):
     def __post_init__(self) -> None:
         Rope.__post_init__(self)
         check_name(self.name)
-        object.__setattr__(self, "path", tuple(self.path))
-        if any(not isinstance(place, str) for place in self.path) or len(self.path) < 2:
+        path = tuple(self.path) if isinstance(self.path, (list, tuple)) else ()
+        object.__setattr__(self, "path", path)
+        if any(not isinstance(place, str) for place in path) or len(path) < 2:
             raise InputRefused('path must list at least two places: write ["clamp", "+pulley", "-idler"]')
 
 
@@ -179,7 +177,7 @@ def rope_of(common: Rope | None, route: Route) -> Rope:
     """The rope of a route: its own keys, else those of ``[cable]``; refused without rigidity or mass."""
     fields = dataclasses.fields(Rope)
     own = {one.name: getattr(route, one.name) for one in fields if getattr(route, one.name) != one.default}
-    if any(name in own for name in _RIGIDITY) and common is not None:
+    if any(name in own for name in (*RIGIDITY, "given_rigidity")) and common is not None:
         # A rigidity of its own stands instead of modulus and area, and the other way round.
         clash = ("youngs_modulus", "area") if "given_rigidity" in own else ("given_rigidity",)
         absent: dict[str, Any] = dict.fromkeys(clash)

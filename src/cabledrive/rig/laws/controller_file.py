@@ -274,7 +274,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
         )
     except InputRefused as refusal:
         raise refusal.at(place) from None
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise InputRefused(f"is no controller ({type(error).__name__}: {error}): {REMEDY}").at(
             place
         ) from None
