@@ -105,7 +105,7 @@ def held(system: Array, column: Array, interval: float) -> tuple[Array, Array]:
 
 
 def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_of: int = 0) -> Complex:
-    r"""Frequency response from torque to speed.
+    r"""Frequency response from torque to speed: Eqs. (4.17), (4.19), (6.12), (6.14), their misprints mended.
 
     .. math:: H = i\omega\, e^T (K + i\omega C - \omega^2 M)^{-1} f
 
