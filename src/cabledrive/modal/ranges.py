@@ -6,7 +6,7 @@ from math import pi, sqrt
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
-from cabledrive.mechanics.network.pieces import wrap_at
+from cabledrive.mechanics.network.pieces import Piece, wrap_at
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.motion import Mode
@@ -24,9 +24,9 @@ FAST = 0.8
 """Share of the critical speed above which a warning is given."""
 
 
-def sag_errors(network: Network) -> Array:
+def sag_errors(irvine: Array) -> Array:
     r"""Largest relative shift of the first mode of each span by its sag, :math:`4\lambda^2/\pi^4`."""
-    return 4.0 * irvine_parameters(network) / pi**4
+    return 4.0 * irvine / pi**4
 
 
 def gradient_error(network: Network, span: int) -> float:
@@ -71,7 +71,8 @@ def curvature_error(network: Network, span: int) -> float:
 
 def range_limit(network: Network, listed: Sequence[Mode]) -> str | None:
     """Why a list is not certified although the count agrees: a span outside the range of its model."""
-    irvine, sag = irvine_parameters(network), sag_errors(network)
+    irvine = irvine_parameters(network)
+    sag = sag_errors(irvine)
     highest: dict[str, float] = {}
     for mode in listed:
         if mode.kind == TRANSVERSE and mode.span is not None:
@@ -131,7 +132,8 @@ def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
 def sag_words(network: Network, *, hanging: bool = False, least: float = 1e-4) -> Iterator[str]:
     """Spans whose first mode is moved by more than a share by sag that is left out."""
     drive = network.drive
-    for span, error in zip(drive.free_spans, sag_errors(network).tolist(), strict=True):
+    errors = sag_errors(irvine_parameters(network)).tolist()
+    for span, error in zip(drive.free_spans, errors, strict=True):
         if error > least and not (hanging and not drive.route[span.route].speed):
             yield (
                 f"sag, which is left out, moves the first mode of span {span.name} by up to {error:.2g} of it"
@@ -170,23 +172,28 @@ def turned_at_pulleys(network: Network) -> dict[str, float]:
     A rim moves a rope along its own direction there, :math:`\theta` off the chord.
     """
     found: dict[str, float] = {}
+    for piece, _, slope in _slopes_at_pulleys(network):
+        found[piece.where.name] = max(found.get(piece.where.name, 0.0), slope**2)
+    return found
+
+
+def _slopes_at_pulleys(network: Network) -> Iterator[tuple[Piece, bool, float]]:
+    """Pieces that end at a pulley and do not run, whether they start there, and their slope to the chord."""
     for piece in network.pieces:
         for start, (along, across) in ((True, piece.rest.force), (False, piece.rest.end_force)):
             place = piece.place(start)
             if place is not None and place.sense and not piece.route.speed:
-                found[piece.where.name] = max(found.get(piece.where.name, 0.0), (across / along) ** 2)
-    return found
+                yield piece, start, across / along
 
 
 def lifted_limit(network: Network) -> str | None:
     """Why a rope does not lie on a pulley: sag turns it, at both its ends together, by more than it wraps."""
     drive = network.drive
     left = {i: span.wrap for i, span in enumerate(drive.free_spans) if span.wrap is not None}
-    for piece in network.pieces:
-        for start, (along, across) in ((True, piece.rest.force), (False, piece.rest.end_force)):
-            place, wrap = piece.place(start), wrap_at(drive, piece.span, start)
-            if place is not None and wrap is not None and not piece.route.speed:
-                left[wrap[0]] += (place.sense if start else -place.sense) * across / along
+    for piece, start, slope in _slopes_at_pulleys(network):
+        place, wrap = piece.place(start), wrap_at(drive, piece.span, start)
+        if place is not None and wrap is not None:
+            left[wrap[0]] += (place.sense if start else -place.sense) * slope
     for number, wrapped in left.items():
         span = drive.free_spans[number]
         if wrapped < 0.0:

@@ -78,7 +78,7 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
         "phase_margin_deg": None if (phase := tuning.margins.get("phase")) is None else phase / DEGREE,
         "torque_ripple": tuning.margins.get("ripple"),
         "tuning_seconds": tuning.seconds,
-        "reason": tuning.reason or (f"{failed} of {runs} runs ended early" if failed else tuning.reason),
+        "reason": f"{failed} of {runs} runs ended early" if failed and not tuning.reason else tuning.reason,
         "runs": runs,
         "failed": failed,
         "worst_deg": degrees(np.max, errors),
