@@ -160,6 +160,7 @@ def network_of_drive(
         place = [index.setdefault(name, len(index)) for name in along.names]
         fixed += [own._replace(row=tuple((place[c], v) for c, v in own.row)) for own in along.fixed]
     held = held_joints(drive, hold)
+    radii = {name: own.radius for name, own in zip(PULLEYS, drive.pulley, strict=True)}
 
     def row(name: str, way: str = ALONG) -> Row:
         """How a joint moves in one direction."""
@@ -206,7 +207,7 @@ def network_of_drive(
             rope = cable.mass_per_length, 0.0, 1
             across = not taut and (hung is None or hung.lowest_tension > 0.0)
             first, last = (
-                End(moves, radius=drive.drive_pulley.radius if name in PULLEYS else 0.0)
+                End(moves, radius=radii.get(name, 0.0))
                 for moves, name in zip(rows[i : i + 2], (near, far), strict=True)
             )
             own = parts_of_piece(len(pieces), stretch, rope, first, last, edges.get(id(hung), 0.0))
