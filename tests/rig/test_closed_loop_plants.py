@@ -40,7 +40,7 @@ def readable(commands, plant, start=None, load=0.0):
 
 def motion(commands, *, substeps=1, rate=0.0, smooth=False, chain=CHAIN, hold=INTERVAL):
     """States after each command, from rest."""
-    plant = chain_numbers(chain, hold, current_rate=rate, substeps=substeps, smooth=smooth)
+    plant = chain_numbers(chain, hold, RigOptions(substeps=substeps, smooth_friction=smooth), rate=rate)
     return states_of(plant, commands, hold)
 
 
@@ -89,7 +89,8 @@ def test_friction_of_the_load_slows_it_whichever_way_it_turns(speed):
     """c tanh(50 w) of the load, against the equations."""
     chain = replace(LOOSE, coulomb=(0.0, 0.0, 0.02))
     start = np.array([0.0, 0.0, 0.0, speed, speed, speed, 0.0])
-    x = states_of(chain_numbers(chain, INTERVAL, smooth=True), np.zeros(50), INTERVAL, start)[-1]
+    plant = chain_numbers(chain, INTERVAL, RigOptions(smooth_friction=True))
+    x = states_of(plant, np.zeros(50), INTERVAL, start)[-1]
     theirs, free = (readable(np.zeros(50), ReadablePlant(chain=one), start)[-1] for one in (chain, LOOSE))
     assert abs(x[5]) < abs(free[5])
     np.testing.assert_allclose(x - free, theirs - free, atol=1e-3 * np.abs(theirs - free).max())
@@ -100,7 +101,8 @@ def test_friction_of_the_load_slows_it_whichever_way_it_turns(speed):
 def test_backlash_and_slack_spans_move_as_the_equations_written_out(play, slack, start):
     """Released from a wound-up joint and cable; contacts fall on internal steps, hence the tolerance."""
     given = np.array([start, 0.0, -start, 0.0, 0.0, 0.0, 0.0])
-    plant = chain_numbers(LOOSE, INTERVAL, play=play, slack=slack, substeps=40)
+    options = RigOptions(substeps=40, forbid_slack=False)
+    plant = chain_numbers(LOOSE, INTERVAL, options, links=(play, slack))
     ours = states_of(plant, np.zeros(100), INTERVAL, given)
     theirs = readable(np.zeros(100), ReadablePlant(chain=LOOSE, play=play, slack=slack), given)
     size = np.abs(theirs).max(axis=0) + 1e-12
@@ -138,7 +140,8 @@ def test_torque_loop_of_first_order_follows_its_time_constant():
 def test_energy_only_falls_without_torque(measured):
     """Stored energy after each sample, from a wound-up cable, until friction holds the motor."""
     chain = replace(CHAIN, offsets=(0.0,) * 3)
-    states = states_of(chain_numbers(chain, INTERVAL), np.zeros(2000), INTERVAL, [0, 0, 0.2, 0, 0, 0, 0])
+    plant = chain_numbers(chain, INTERVAL, RigOptions())
+    states = states_of(plant, np.zeros(2000), INTERVAL, [0, 0, 0.2, 0, 0, 0, 0])
     stiffness, inertia = np.array(chain.stiffness), np.array(chain.inertias)
     stored = 0.5 * (np.diff(states[:, :3]) ** 2 @ stiffness + states[:, 3:6] ** 2 @ inertia)
     rises = np.diff(stored).max() / stored[0]

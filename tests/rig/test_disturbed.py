@@ -36,7 +36,8 @@ def with_motor(**values):
 
 def pushed(torque, samples, *, play=0.0, slack=float("inf"), start=None):
     """States of the frictionless row under a torque on its motor."""
-    plant = chain_numbers(CHAIN, INTERVAL, play=play, slack=slack, substeps=10)
+    options = RigOptions(substeps=10, forbid_slack=False)
+    plant = chain_numbers(CHAIN, INTERVAL, options, links=(play, slack))
     return states_of(plant, np.full(samples, torque), INTERVAL, start)
 
 

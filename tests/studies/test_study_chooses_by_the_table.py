@@ -56,7 +56,7 @@ def choice_and_table(drive, asked, folder):
     case = load_case(known, asked, found.knowledge)
     tuned = kept.staged("laws", tuned_laws, case, found.controller, every_law=False)
     table = {
-        one.controller: on_the_plants_of(found, one, asked.draws).rank(np.inf, learns=False)
+        one.controller: on_the_plants_of(found, one, asked.draws).rank(np.inf)
         for one in tuned
         if one.bandwidth is not None
     }

@@ -114,12 +114,13 @@ def _text(drive: RoutedDrive, said: dict[str, Any]) -> str:
     lines += [f"  {words}" for words in said["reasons"]]
     if "over_draws" in said:
         over = said["over_draws"]
+        errors = (over[f"{name}_peak_error_mm"] for name in ("median", "worst"))
+        median, worst = ("none" if error is None else f"{error:.2f} mm" for error in errors)
         lines += [
             f"  over {over['draws']} draws   tension kept in {over['kept']} "
             f"(of all at least {100 * over['share_low']:.1f} %), "
             f"least {over['least_tension']:.1f} N",
-            f"    peak error {over['median_peak_error_mm']:.2f} mm median, "
-            f"{over['worst_peak_error_mm']:.2f} mm worst",
+            f"    peak error {median} median, {worst} worst",
             f"    bound of the position left by {over['position_bound_left']}",
             f"    drawn: {over['drawn']}",
         ]

@@ -32,12 +32,12 @@ def _headline(said: dict[str, Any]) -> str:
     if said["best"] is None:
         return "No law could be tuned within the limits."
     best = said["controllers"][0]
-    if best["worst_deg"] is None:
-        return f"Every run of {best['name']}, which ranks first, ended early."
-    return (
-        f"{best['name']} ranks first: worst error {number(best['worst_deg'], 3)} deg over {best['runs']} "
-        f"plants, {percent(best['share_within'])} within {number(said['goal_deg'], 3)} deg."
+    worst = best["worst_deg"]
+    what = (
+        best["reason"] if worst is None else f"worst error {number(worst, 3)} deg over {best['runs']} plants"
     )
+    inside = f"{percent(best['share_within'])} within {number(said['goal_deg'], 3)} deg"
+    return f"{best['name']} ranks first: {what}, {inside}."
 
 
 def _notes(said: dict[str, Any]) -> list[Block]:
@@ -61,18 +61,16 @@ def errors_table(said: dict[str, Any]) -> Table:
     """Errors of the load over the plants, the best law first."""
     rows = []
     for one in said["controllers"]:
-        if one["worst_deg"] is None:
-            rows.append((one["name"], *("",) * 6, one["reason"] or f"all {one['runs']} runs ended early"))
+        if not one["runs"]:
+            rows.append((one["name"], *("",) * 6, one["reason"]))
             continue
         rows.append(
             (
                 one["name"],
                 *(
                     "none" if one[key] is None else number(one[key], 3)
-                    for key in ("median_deg", "error_99_deg")
+                    for key in ("median_deg", "error_99_deg", "worst_deg", "worst_whole_run_deg")
                 ),
-                number(one["worst_deg"], 3),
-                number(one["worst_whole_run_deg"], 3),
                 percent(one["share_within"], ""),
                 percent(one["share_low"], ""),
                 f"{one['failed']} of {one['runs']} ended early" if one["failed"] else "",

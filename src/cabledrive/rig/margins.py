@@ -33,7 +33,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_plant import linear_rates, linear_step
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.plant_samples import corners, varied
-from cabledrive.rig.setting import DEGREE, Spreads
+from cabledrive.rig.setting import DEGREE, Spreads, none
 
 GRID = 800
 LOWEST_HZ = 0.05
@@ -242,12 +242,11 @@ def bound_over_draws(loop: Loop) -> dict[str, Any]:
     """The bound and its parts in words [deg], or why there is none."""
     made, name = loop.controller, "expected_bound_deg"
     if made.law.kind != numbers.DARC or not made.damped or len(made.shafts) != loop.chain.size:
-        reason = "only for laws of the chain that count the dampers, on the plant they are made for"
-        return {name: None, f"{name}_reason": reason}
+        return none(name, "only for laws of the chain that count the dampers, on the plant they are made for")
     try:
         found = expected_bound(loop)
     except InputRefused as refused:
-        return {name: None, f"{name}_reason": str(refused)}
+        return none(name, str(refused))
     scale, worst = 1.0 / loop.gear / DEGREE, int(found.total.argmax())
     parts = {part: float(values[worst] * scale) for part, values in found._asdict().items()}
     return {name: float(found.total[worst] * scale), "expected_bound_parts_deg": parts}

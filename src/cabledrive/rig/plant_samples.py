@@ -35,6 +35,18 @@ def share_low(inside: int, runs: int) -> float:
     return float(beta.ppf(1.0 - CONFIDENCE, inside, runs - inside + 1))
 
 
+def error_kept(errors: Any, share: float) -> float | None:
+    """Error that this share of the runs keeps; None where runs that ended early, infinite, reach into it."""
+    with np.errstate(invalid="ignore"):
+        found = float(np.quantile(errors, share)) if np.size(errors) else inf
+    return found if np.isfinite(found) else None
+
+
+def early_words(failed: int, runs: int) -> str:
+    """How many runs ended early; empty where none did."""
+    return f"{failed} of {runs} runs ended early" if failed else ""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Draws:
     """Runs of one law on many plants, one entry a plant."""
@@ -49,30 +61,38 @@ class Draws:
     saturated: tuple[float, ...] = ()
     loose: tuple[float, ...] = ()
     failed: tuple[bool, ...] = ()  # whether the run ended before its time
+    learns: bool = False  # whether the first pulse is for learning, and the error counts after it
 
     def joined(self, other: "Draws") -> "Draws":
         """These runs and others."""
-        return Draws(**{f.name: (*getattr(self, f.name), *getattr(other, f.name)) for f in fields(self)})
+        names = [f.name for f in fields(self)][:-1]
+        runs: dict[str, Any] = {name: (*getattr(self, name), *getattr(other, name)) for name in names}
+        return replace(self, **runs)
 
-    def errors(self, *, learns: bool) -> Array:
-        """Error of each run, after the first pulse of a law that learns; infinite where it ended early."""
-        return np.where(np.array(self.failed, dtype=bool), inf, self.later_peak if learns else self.peak)
+    @property
+    def errors(self) -> Array:
+        """Error of each run [rad]; infinite where it ended early."""
+        return np.where(np.array(self.failed, dtype=bool), inf, self.later_peak if self.learns else self.peak)
 
-    def quantile(self, share: float, *, learns: bool) -> float | None:
-        """Error [deg] that this share of the runs keeps; None where runs that ended early reach into it."""
-        with np.errstate(invalid="ignore"):
-            found = float(np.quantile(self.errors(learns=learns), share)) / DEGREE
-        return found if np.isfinite(found) else None
+    def quantile(self, share: float) -> float | None:
+        """Error [deg] that this share of the runs keeps, see `error_kept`."""
+        found = error_kept(self.errors, share)
+        return None if found is None else found / DEGREE
 
-    def rank(self, goal: float, *, learns: bool) -> tuple[float, float]:
+    @property
+    def early(self) -> str:
+        """Why there may be no quantile; empty where every run lasted."""
+        return early_words(sum(self.failed), len(self.failed))
+
+    def rank(self, goal: float) -> tuple[float, float]:
         """Share of plants outside the goal [rad], then the largest error: smaller is better, no runs last."""
-        errors = self.errors(learns=learns)
+        errors = self.errors
         return float(np.mean(errors > goal)) if errors.size else inf, float(errors.max(initial=-inf))
 
 
 def over(loops: Iterable[Loop], each: Callable[[Loop], Run] | None = None, threads: int = 2) -> Draws:
     """Run a law on plants, in threads; ``each``: how a plant is run."""
-    names = [field.name for field in fields(Draws)][:-1]
+    names = [field.name for field in fields(Draws)][:-2]
     angles, ran = np.array([name.endswith("peak") for name in names]), each or partial(run, log=False)
 
     def score(one: Loop) -> tuple[float, ...]:
@@ -82,7 +102,8 @@ def over(loops: Iterable[Loop], each: Callable[[Loop], Run] | None = None, threa
 
     with ThreadPoolExecutor(threads) as pool:
         rows = list(pool.map(score, loops))
-    return Draws(**dict(zip((*names, "failed"), zip(*rows, strict=True), strict=True)))
+    runs: dict[str, Any] = dict(zip((*names, "failed"), zip(*rows, strict=True), strict=True))
+    return Draws(**runs)
 
 
 def sampled_chain(

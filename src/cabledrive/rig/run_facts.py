@@ -20,7 +20,7 @@ from cabledrive.rig import bounds
 from cabledrive.rig.closed_loop.chain_kernels import LEAST, SUMMARY, WENT_SLACK
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.laws.controllers import load_gear, plant_chain
-from cabledrive.rig.setting import CABLE, DEGREE, Motion
+from cabledrive.rig.setting import CABLE, DEGREE, Motion, none
 
 FLEXIBLE: dict[int, tuple[str, ...]] = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
 PARAMETERS = ("inertia", "viscous friction", "Coulomb friction", "offset torque")
@@ -186,13 +186,8 @@ def plant_words(loop: Loop) -> dict[str, Any]:
     """What the plant is, its friction, backlash and slack; unknown of a plant of the user's own."""
     if loop.own_plant is not None:
         reason = "the plant is your own: slack of its spans and backlash are not looked at"
-        return {
-            "plant": loop.named,
-            "friction": "the plant's own",
-            "backlash": None,
-            "backlash_reason": reason,
-            "slack_rule": reason,
-        }
+        said = {"plant": loop.named, "friction": "the plant's own", "slack_rule": reason}
+        return said | none("backlash", reason)
     return {
         "plant": CABLE if loop.cable is not None else loop.named or f"model-{plant_model(loop)}",
         "friction": "smooth, c tanh(50 w)" if loop.options.smooth_friction else "stick-slip Coulomb",
@@ -251,8 +246,7 @@ def condition_words(
     """Whether the robust term met its two conditions along a run; none with a reason for other laws."""
     law = loop.controller.law
     if law.kind != DARC or len(sigma) < 2:
-        reason = "the conditions are those of the adaptive robust laws of the chain"
-        return {"robust_conditions": None, "robust_conditions_reason": reason}
+        return none("robust_conditions", "the conditions are those of the adaptive robust laws of the chain")
     met = robust_conditions(law, sigma, regressor, bounds.disturbance_bound(law, shaft, command))
     return {
         "robust_conditions": {
@@ -325,21 +319,14 @@ def bound_words(
 ) -> dict[str, Any]:
     """The bound, whether the error [rad] kept it, and which assumptions of the theorem did not hold."""
     if check is None:
-        return {
-            "theory_bound_deg": None,
-            "theory_bound_deg_reason": (
-                "bounds are those of the laws of the chain, of the laws that learn the load and of the one "
-                "that is told it, on the model that they are made for"
-            ),
-            "within_bound": None,
-            "within_bound_reason": "no bound",
-            "bound_used": None,
-            "broken_assumptions": broken,
-        }
+        why = "bounds are those of the laws of the chain, of the laws that learn the load and of the one "
+        why += "that is told it, on the model that they are made for"
+        words = none("theory_bound_deg", why) | none("within_bound", "no bound")
+        return words | {"bound_used": None, "broken_assumptions": broken}
     tube = check.bound.tube / gear
     printed = check.bound.printed / gear / DEGREE
     inside = bool(np.all(np.abs(error) <= tube + 1e-12))
-    words: dict[str, Any] = {
+    words = {
         "theory_bound_deg": float(tube.max()) / DEGREE,
         **({"printed_norm_bound_deg": printed} if np.isfinite(printed) else {}),
         "within_bound": None if broken else inside,

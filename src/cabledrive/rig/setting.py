@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -189,6 +190,11 @@ class Spreads:
     drive_inertia: float = 0.05
     # largest Coulomb friction of the load over that of the motor; uniform from zero
     load_coulomb: float = 0.0
+
+
+def none(key: str, why: str) -> dict[str, Any]:
+    """A figure of an answer that there is not, and why."""
+    return {key: None, f"{key}_reason": why}
 
 
 def sample_interval(drive: Drive) -> float:

@@ -27,7 +27,7 @@ from cabledrive.rig.plant_samples import (
     sampled_loops,
     standard_disturbances,
 )
-from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions, none, sample_interval
 from cabledrive.rig.tracking import Tracking, within
 from cabledrive.rig.tuning import LawSetting, law_at, limit_words, ripple_limit, setting_of, tuned_loop
 from cabledrive.trajectories import move_limits, peak_demand
@@ -69,12 +69,12 @@ def over_draws(loop: Loop, spec: DesignSpec, draws: int, seed: int) -> dict[str,
     plants = sampled_loops(loop, draws, seed)
     learns = loop.controller.name == INDIRECT and loop.controller.own is None and loop.motion.pulses > 1
     found = over(plants, lambda one: run_indirect(spec, one)[1]) if learns else over(plants)
+    found = replace(found, learns=learns)
     statistics = (("median_peak_error", 0.5), ("peak_error_99", 0.99), ("worst_peak_error", 1.0))
     words: dict[str, Any] = {"draws": draws}
     for name, share in statistics:
-        words[f"{name}_deg"] = value = found.quantile(share, learns=learns)
-        if value is None:
-            words[f"{name}_deg_reason"] = f"{sum(found.failed)} of {draws} runs ended early"
+        value, key = found.quantile(share), f"{name}_deg"
+        words |= none(key, found.early) if value is None else {key: value}
     words |= {
         "worst_first_pulse_error_deg": max(found.first_peak) / DEGREE,
         "worst_torque": max(found.peak_torque),
@@ -282,25 +282,27 @@ def goal_of(drive: Drive) -> float:
     return one_count(drive) if own is None else own
 
 
+def no_runs(name: str, motion: Motion) -> Draws:
+    """What runs of a law along a motion are joined to."""
+    return Draws(learns=motion.pulses > 1 and name in LEARNS)
+
+
 @lru_cache(maxsize=8)
-def best_law(spec: DesignSpec) -> tuple[LawSetting, tuple[tuple[str, Draws], ...]]:
+def best_law(spec: DesignSpec) -> tuple[LawSetting, dict[str, Draws]]:
     """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants."""
     disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
-    several = spec.motion.pulses > 1
-    found: list[tuple[tuple[float, float], LawSetting]] = []
-    reached: list[tuple[str, Draws]] = []
+    settings, reached = dict[str, LawSetting](), dict[str, Draws]()
     for name in offered(spec.drive, disturbances):
         if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
             continue
-        setting, scores = setting_of(name, spec, disturbances), Draws()
-        if setting.bandwidth is not None:
-            loop = tuned_loop(name, setting.bandwidth, setting.filter, spec)
-            scores = scored(loop, spec, disturbances, 0, range(BEST_DRAWS))
-            found.append((scores.rank(goal, learns=several and name in LEARNS), setting))
-        reached.append((name, scores))
-    if not found:
+        settings[name], reached[name] = setting_of(name, spec, disturbances), no_runs(name, spec.motion)
+        if (hertz := settings[name].bandwidth) is not None:
+            loop = tuned_loop(name, hertz, settings[name].filter, spec)
+            reached[name] = reached[name].joined(scored(loop, spec, disturbances, 0, range(BEST_DRAWS)))
+    best = min(reached, key=lambda name: reached[name].rank(goal))
+    if settings[best].bandwidth is None:
         raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")
-    return min(found, key=lambda pair: pair[0])[1], tuple(reached)
+    return settings[best], reached
 
 
 def best_controller(spec: DesignSpec) -> Controller:
@@ -320,16 +322,14 @@ def best_controller(spec: DesignSpec) -> Controller:
 def best_words(spec: DesignSpec) -> dict[str, Any]:
     """What each law reached in the comparison that chose: worst and median error [deg], or none."""
     tuned, reached = best_law(_compared(spec))
-    several, found = spec.motion.pulses > 1, []
-    for name, scores in reached:
-        learns, shares = several and name in LEARNS, (("worst_deg", 1.0), ("median_deg", 0.5))
-        seen = {key: scores.quantile(share, learns=learns) if scores.peak else None for key, share in shares}
-        found.append({"name": name} | seen)
     return {
         "controller": tuned.controller,
         "draws": BEST_DRAWS,
         "goal_deg": goal_of(spec.drive) / DEGREE,
-        "candidates": found,
+        "candidates": [
+            {"name": name, "worst_deg": one.quantile(1.0), "median_deg": one.quantile(0.5)}
+            for name, one in reached.items()
+        ],
     }
 
 

@@ -226,7 +226,7 @@ def _tuned(
         errors = []
         for one in kept:
             drawn = disturbed_loops(one.loop, disturbances, TUNING_SEED, range(TUNING_DRAWS))
-            largest = over(drawn).errors(learns=False).max() if worst is None else worst(one.loop.controller)
+            largest = over(drawn).errors.max() if worst is None else worst(one.loop.controller)
             errors.append(largest)
         best = kept[int(np.argmin(errors))]
         best = best if np.isfinite(min(errors)) else replace(best, reached=0.0)

@@ -21,8 +21,8 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
-from cabledrive.rig.plant_samples import share_low
-from cabledrive.rig.setting import Disturbance, stepped_in
+from cabledrive.rig.plant_samples import early_words, error_kept, share_low
+from cabledrive.rig.setting import Disturbance, none, stepped_in
 from cabledrive.rig.winch_plan import Setup, held_tensions, lines_along
 
 # Columns of a record of m coordinates, in this order: place (m), tensions, torques, angles of the drums,
@@ -175,13 +175,9 @@ STEPS_PER_RADIAN = 20.0
 class PlantRun:
     """One plant under the law."""
 
-    # (samples, m + 9): see `cabledrive.rig.winch_run`; fewer samples where a number was not
-    # finite
-    record: Array
+    record: Array  # (samples, m + 9), of `COLUMNS`; fewer samples where a number was not finite
     least: Array  # (2,): least tension, between samples as well [N]
-    substeps: int
-    late: int  # delay from sampling to torque, in internal steps
-    lag: float  # part of the distance to the commanded torque that remains after an internal step
+    rig: RigNumbers
 
 
 def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Generator) -> PlantRun:
@@ -208,7 +204,7 @@ def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Gene
     record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
     state = first_state(gains, setup.machine.tension)
     ended = close_loop(actual, gains, state, rig, (table, force), (record, least))
-    return PlantRun(record=record[:ended], least=least, substeps=substeps, late=rig.late, lag=rig.lag)
+    return PlantRun(record=record[:ended], least=least, rig=rig)
 
 
 def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
@@ -271,15 +267,16 @@ def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str,
             found = float(done.least.min()), away, part_used(bound, off)
         rows.append(found)
     least, errors, used = zip(*rows, strict=True)
-    kept = sum(value >= setup.design.floor for value in least)
-    return {
+    kept, said = sum(value >= setup.design.floor for value in least), dict[str, Any]()
+    for name, part in (("median", 0.5), ("worst", 1.0)):
+        error, key = error_kept(errors, part), f"{name}_peak_error_mm"
+        said |= {key: 1e3 * error} if error is not None else none(key, early_words(errors.count(inf), draws))
+    return said | {
         "draws": draws,
         "kept": kept,
         "share": kept / draws,
         "share_low": share_low(kept, draws),
         "least_tension": min(least),
-        "median_peak_error_mm": 1e3 * float(np.median(errors)),
-        "worst_peak_error_mm": 1e3 * max(errors),
         "position_bound_left": sum(part > 1.0 for part in used),
         "drawn": f"mass and stiffness within {MASS:.0%}, friction within {FRICTION:.0%}, {GUSTS} gusts of up "
         f"to {setup.design.gust:.4g} N in any direction",
@@ -321,12 +318,9 @@ _SLOW, _AT_ONE = 0.2, 1e-12
 
 
 def loop_poles(
-    machine: TwoMotors, gains: TensionGains, place: Array, done: PlantRun
+    machine: TwoMotors, gains: TensionGains, place: Array, rig: RigNumbers
 ) -> NDArray[np.complex128]:
-    """Poles of the loop about the body at rest at a place [m], without dead beats, shape (p,) [rad/s].
-
-    ``done``: a run, whose steps, delay and torque loop it has.
-    """
+    """Poles of the loop about the body at rest at a place [m], without dead beats, shape (p,) [rad/s]."""
     still = machine._replace(turning_coulomb=np.zeros(2), coulomb=np.zeros_like(machine.coulomb))
     believed = gains._replace(machine=still)
     along, length, free = lines_along(still, place[None])
@@ -336,7 +330,7 @@ def loop_poles(
     m = place.size
     state[:m], state[3 * m + 4 : 3 * m + 6] = place, angle
     reference = np.concatenate([place, np.zeros(2 * m + 2)])
-    whole, part = divmod(done.late, done.substeps)
+    whole, part = divmod(rig.late, rig.substeps)
     holding = np.tile(still.drum * tension, whole + 2)  # torques, and those commanded before
     rest = np.concatenate([place, np.zeros(m), angle, np.zeros(2), state[: 3 * m + 6], holding])
     size = np.ones(rest.size)
@@ -350,10 +344,10 @@ def loop_poles(
         torque, *past = x[-holding.size :].reshape(-1, 2)
         pull_of(still, body)
         own, command = step(believed, own, np.concatenate([body.angle, body.tension]), reference)
-        for s in range(done.substeps):
+        for s in range(rig.substeps):
             wanted = (command, *past)[whole if s >= part else whole + 1]
-            torque = wanted + done.lag * (torque - wanted)
-            move(still, body, gains.interval / done.substeps, torque, np.zeros(m))
+            torque = wanted + rig.lag * (torque - wanted)
+            move(still, body, gains.interval / rig.substeps, torque, np.zeros(m))
         return np.concatenate([q, v, turned, turn, own[: 3 * m + 6], torque, command, *past[:whole]])
 
     columns = [
@@ -363,8 +357,8 @@ def loop_poles(
     return np.asarray(np.log(values[np.abs(values) > _SLOW]) / gains.interval)
 
 
-def least_damping(machine: TwoMotors, gains: TensionGains, places: Array, done: PlantRun) -> float:
+def least_damping(machine: TwoMotors, gains: TensionGains, places: Array, rig: RigNumbers) -> float:
     """Least damping ratio of all poles over some places, shape (places, m); negative: unstable."""
-    poles = np.concatenate([loop_poles(machine, gains, place, done) for place in places])
+    poles = np.concatenate([loop_poles(machine, gains, place, rig) for place in places])
     poles = poles[np.abs(poles) > _AT_ONE]
     return float((-poles.real / np.abs(poles)).min())

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED, TwoMotors
+from cabledrive.rig.setting import none
 from cabledrive.rig.winch_plan import Setup
 from cabledrive.rig.winch_run import PlantRun, TwoMotorTracking, bound_of_place, least_damping, part_used
 
@@ -48,7 +49,7 @@ def summarize(
     size = np.sqrt((error**2).sum(axis=1)) if len(record) else np.zeros(1)
     tension, torque, limit = record[:, m : m + 2], record[:, m + 2 : m + 4], machine.numbers.limit
     saturated: Flags = np.any(np.abs(torque) >= _AT_LIMIT * limit, axis=1)
-    reshaped: Flags = record[:, m + 6] > 0.0
+    share = float(np.mean(record[:, m + 6] > 0.0)) if len(record) else 0.0  # where tensions were reshaped
     finite = len(record) == samples
     least = [float(value) if np.isfinite(value) else None for value in done.least]
     kept = finite and bool((done.least >= design.floor).all())
@@ -67,9 +68,9 @@ def summarize(
         "error_mm": {
             name: 1e3 * float(np.abs(error[:, j]).max(initial=0.0)) for j, name in enumerate(machine.names)
         },
-        **_none("peak_error_deg", "the body slides: see peak_error_mm"),
-        **_none("rms_error_deg", "the body slides: see rms_error_mm"),
-        **_none("estimates_within_bounds", "the law has no estimates with bounds"),
+        **none("peak_error_deg", "the body slides: see peak_error_mm"),
+        **none("rms_error_deg", "the body slides: see rms_error_mm"),
+        **none("estimates_within_bounds", "the law has no estimates with bounds"),
         "least_tension": float(done.least.min()) if None not in least else None,
         "least_allowed": design.floor,
         "tension_kept": kept,
@@ -96,7 +97,7 @@ def summarize(
         ],
         "peak_torque": float(np.abs(torque).max(initial=0.0)),
         "saturated_fraction": float(saturated.mean()) if len(record) else None,
-        "reshaped_fraction": float(reshaped.mean()) if len(record) else None,
+        "reshaped_fraction": share if len(record) else None,
         "gust": design.gust,
         "motion": {
             "way": {
@@ -109,20 +110,19 @@ def summarize(
             "used": setup.used,
         },
         "sample_rate": 1.0 / gains.interval,
-        "internal_step": gains.interval / done.substeps,
+        "internal_step": gains.interval / done.rig.substeps,
         "seed": seed,
     }
     places = setup.table[:: max(1, len(setup.table) // PLACES), :m]
-    damping = least_damping(machine.numbers, gains, places, done)
+    damping = least_damping(machine.numbers, gains, places, done.rig)
     summary["least_damping"] = damping
     broken = _broken(setup, force, saturated)
     if damping <= 0.0:
         broken.append("the linearised loop is unstable on the way: lower the bandwidth")
-    summary |= _none("theory_bound_deg", "the body slides: see position_bound_mm")
+    summary |= none("theory_bound_deg", "the body slides: see position_bound_mm")
     summary |= {"within_bound": kept if not broken else None, "broken_assumptions": broken}
     if broken:
         summary["within_bound_reason"] = "; ".join(broken)
-    share = float(reshaped.mean()) if len(reshaped) else 0.0
     bound = bound_of_place(setup)
     used, named = part_used(bound, error), list(broken)
     if not used <= 1.0:  # in what the run differs from what the bound supposes
@@ -157,10 +157,6 @@ def summarize(
         torques=torque,
         incomplete=_incomplete(setup, done, tension, broken, drawn),
     )
-
-
-def _none(key: str, why: str) -> dict[str, Any]:
-    return {key: None, f"{key}_reason": why}
 
 
 def _broken(setup: Setup, force: Array, saturated: Flags) -> list[str]:

@@ -27,7 +27,7 @@ from cabledrive.rig.plant_samples import (
 )
 from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.setting import DEGREE, Motion, check_run, torque_limit
-from cabledrive.rig.trial import COMPARED, LEARNS, check_motion, checked_names, goal_of, offered, scored
+from cabledrive.rig.trial import COMPARED, check_motion, checked_names, goal_of, no_runs, offered, scored
 from cabledrive.rig.tuning import LEAST_DISK, LawSetting, ripple_limit, setting_of, tuned_loop
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
@@ -38,7 +38,6 @@ class ComparedLaw:
 
     tuning: LawSetting
     scores: Draws  # empty where it could not be tuned
-    learns: bool  # whether its first pulse is for learning, and the error counts after it
 
 
 @described
@@ -53,7 +52,7 @@ class Comparison(ResultCard):
         rows = []
         for one in self.summary["controllers"]:
             worst, median = one["worst_deg"], one["median_deg"]
-            words = one["reason"] if median is None else f"median {median:.4f}, worst {worst:.4f} deg"
+            words = one["reason"] if worst is None else f"median {median:.4f}, worst {worst:.4f} deg"
             rows.append((one["name"], words))
         return [("Comparison", f"{self.summary['draws']} plants"), *rows]
 
@@ -61,31 +60,25 @@ class Comparison(ResultCard):
 def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
     """One row of the answer: errors in degrees, torques in N m, margins; ``goal`` [rad]."""
     tuning, scores = law.tuning, law.scores
-    lasted, errors = ~np.array(scores.failed, dtype=bool), scores.later_peak if law.learns else scores.peak
-    failed = int(np.count_nonzero(~lasted))
-    inside, runs = int(np.count_nonzero(scores.errors(learns=law.learns) <= goal)), len(errors)
-
-    def degrees(statistic: Callable[..., Any], values: Any) -> float | None:
-        return float(statistic(np.array(values)[lasted] / DEGREE)) if lasted.any() else None
-
+    inside, runs = int(np.count_nonzero(scores.errors <= goal)), len(scores.peak)
     return {
         "name": tuning.controller,
         "bandwidth_hz": tuning.bandwidth,
         "filter": tuning.filter,
-        "learns": law.learns,
+        "learns": scores.learns,
         "disk_margin": tuning.margins.get("disk"),
         "gain_margin": tuning.margins.get("gain"),
         "phase_margin_deg": None if (phase := tuning.margins.get("phase")) is None else phase / DEGREE,
         "torque_ripple": tuning.margins.get("ripple"),
         "tuning_seconds": tuning.seconds,
-        "reason": f"{failed} of {runs} runs ended early" if failed and not tuning.reason else tuning.reason,
+        "reason": tuning.reason or scores.early,
         "runs": runs,
-        "failed": failed,
-        "worst_deg": degrees(np.max, errors),
-        "median_deg": scores.quantile(0.5, learns=law.learns) if runs else None,
-        "error_99_deg": scores.quantile(0.99, learns=law.learns) if runs else None,
-        "worst_whole_run_deg": degrees(np.max, scores.peak),
-        "worst_later_deg": degrees(np.max, scores.later_peak),
+        "failed": sum(scores.failed),
+        "worst_deg": scores.quantile(1.0),
+        "median_deg": scores.quantile(0.5),
+        "error_99_deg": scores.quantile(0.99),
+        "worst_whole_run_deg": replace(scores, learns=False).quantile(1.0),
+        "worst_later_deg": replace(scores, learns=True).quantile(1.0),
         "share_within": inside / runs if runs else None,
         "share_low": share_low(inside, runs) if runs else None,
         "peak_torque": max(scores.peak_torque, default=None),
@@ -182,7 +175,7 @@ def compare(
     plain = replace(spec, drive=replace(drive, name="", title="", source=""))
     with nullcontext() if folder is None else one_process(Path(folder)):
         found = list(_laws(names, (plain, asked), draws, seed, cache))
-    laws = tuple(sorted(found, key=lambda law: law.scores.rank(allowed, learns=law.learns)))
+    laws = tuple(sorted(found, key=lambda law: law.scores.rank(allowed)))
     return Comparison(summary=_summary(spec, laws, asked, draws, seed, allowed), laws=laws)
 
 
@@ -200,7 +193,8 @@ def _laws(
 
     for name in names:
         cache.note(f"{name}: tuning")
-        tuning, scores = cache.staged(f"tuning-{name}", setting_of, name, *about), Draws()
+        tuning = cache.staged(f"tuning-{name}", setting_of, name, *about)
+        scores = no_runs(name, about[0].motion)
         if tuning.bandwidth is None:
             progress(f"{name}: {tuning.reason}", 1.0)
         else:
@@ -210,7 +204,7 @@ def _laws(
                 block = cache.staged(stage, scored, law, *about, seed, tuple(range(first, last)))
                 scores = scores.joined(block)
                 progress(f"{name}: {last} of {draws} plants", (last - first) / draws)
-        yield ComparedLaw(tuning=tuning, scores=scores, learns=about[0].motion.pulses > 1 and name in LEARNS)
+        yield ComparedLaw(tuning=tuning, scores=scores)
 
 
 def _summary(

@@ -13,6 +13,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.closed_loop.chain_kernels import FLANKS, LEAST, MEMORY, ChainPlant
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers
+from cabledrive.rig.setting import RigOptions
 
 PER_RADIAN, SLOPE = 12.0, 50.0
 """Internal steps per radian of the fastest mode; K of smoothed friction c tanh(K w) [s/rad]."""
@@ -21,36 +22,42 @@ PER_RADIAN, SLOPE = 12.0, 50.0
 def chain_numbers(
     chain: LumpedChain,
     interval: float,
+    options: RigOptions,
     *,
-    substeps: int = 1,
-    smooth: bool = False,
-    play: float = 0.0,
-    slack: float = inf,
-    **more: Any,
+    rate: float = 0.0,
+    links: tuple[float, float] = (0.0, inf),
+    field: tuple[float, float] | None = None,
 ) -> ChainPlant:
-    """A chain in links between equal angles; ``interval`` [s]; ``more``: fields that differ from none."""
-    links = np.arange(chain.size - 1)
-    plays, slacks = np.zeros(len(links)), np.full(len(links), inf)
-    if len(links):
-        plays[0], slacks[-1] = 0.5 * play, slack
+    """A chain in links between equal angles; ``interval`` [s]; ``rate``: of the torque loop [rad/s], 0: none.
+
+    ``links``: backlash of the first, twist of the last at which a span is slack [rad], which ends the run
+    where that is forbidden; ``field``: of a stepper, as `Controller` has it.
+    """
+    (play, slack), ends, (torque, periods) = links, options.forbid_slack, field or (0.0, 0.0)
+    joints = np.arange(chain.size - 1)
+    plays, slacks = np.zeros(len(joints)), np.full(len(joints), inf)
+    if len(joints):
+        plays[0], slacks[-1] = 0.5 * play, inf if ends else slack
     numbers = ChainPlant(
         inertia=np.array(chain.inertias),
         viscous=np.array(chain.viscous),
         coulomb=np.array(chain.coulomb),
         offset=np.array(chain.offsets),
-        ends=np.column_stack((links, links + 1)).astype(np.int64),
+        ends=np.column_stack((joints, joints + 1)).astype(np.int64),
         stiffness=np.array(chain.stiffness, dtype=np.float64),
         damping=np.array(chain.damping, dtype=np.float64),
         play=plays,
         slack=slacks,
         phases=np.zeros(3),
         motors=1,
-        current_rate=0.0,
-        step=interval / substeps,
-        twist_limit=inf,
-        smooth=SLOPE if smooth else 0.0,
+        current_rate=rate,
+        step=interval,
+        twist_limit=slack if ends else inf,
+        smooth=SLOPE if options.smooth_friction else 0.0,
+        field=torque,
+        field_periods=periods,
     )
-    return in_steps(numbers._replace(**more), interval, substeps)
+    return in_steps(numbers, interval, options.substeps)
 
 
 def in_steps(p: ChainPlant, interval: float, substeps: int) -> ChainPlant:

@@ -177,7 +177,7 @@ def close_loop(
         named=named,
         chain=chain,
         slack=slack,
-        plant=lumped_plant(chain, rig.interval, rate, options, links, controller.field),
+        plant=chain_numbers(chain, interval, options, rate=rate, links=links, field=controller.field),
     )
     if not options.pair:
         return loop
@@ -193,30 +193,6 @@ def _dropout(options: setting.RigOptions, interval: float, names: tuple[str, ...
     if shaft not in names:
         raise InputRefused(f"encoder dropout {shaft!r} is not fitted: take one of {', '.join(names)}")
     return np.array([names.index(shaft), round(start / interval), round(end / interval)], dtype=np.int64)
-
-
-def lumped_plant(
-    chain: LumpedChain,
-    interval: float,
-    rate: float,
-    options: setting.RigOptions,
-    links: tuple[float, float],
-    field: tuple[float, float] | None = None,
-) -> ChainPlant:
-    """The chain with backlash and slack of its links; a slack span ends the run where that is forbidden."""
-    (play, slack), ends, (torque, periods) = links, options.forbid_slack, field or (0.0, 0.0)
-    return chain_numbers(
-        chain,
-        interval,
-        current_rate=rate,
-        substeps=options.substeps,
-        smooth=options.smooth_friction,
-        play=play,
-        slack=inf if ends else slack,
-        twist_limit=slack if ends else inf,
-        field=torque,
-        field_periods=periods,
-    )
 
 
 def loop_at_rest(loop: Loop) -> LoopState:
@@ -274,7 +250,8 @@ def with_plant(loop: Loop, chain: LumpedChain, play: float | None = None) -> Loo
     if np.isfinite(slack):
         slack *= loop.chain.stiffness[-1] / chain.stiffness[-1]
     play = loop.backlash if play is None else play
-    plant = lumped_plant(chain, interval, rate, loop.options, (play, slack), loop.controller.field)
+    links, field = (play, slack), loop.controller.field
+    plant = chain_numbers(chain, interval, loop.options, rate=rate, links=links, field=field)
     cable = loop.cable
     if cable is not None:
         cable = cable_plant(drive_like(cable.drive, chain), chain, interval, loop.options, measured=False)

@@ -31,7 +31,7 @@ from cabledrive.rig.laws.load_learning import (
     load_learning,
     scheduled,
 )
-from cabledrive.rig.setting import DISSERTATION_ORDER
+from cabledrive.rig.setting import DISSERTATION_ORDER, none
 from cabledrive.trajectories.input_shaping import input_shaper
 
 STEPPER, SHAPED = "stepper", "stepper-shaped"
@@ -152,12 +152,12 @@ class Pole(NamedTuple):
 def pole_words(loop: Loop) -> dict[str, Any]:
     """Poles of a loop's law on its lumped chain, in words; none with a reason for laws of another kind."""
     if loop.own_plant is not None:
-        reason = f'plant "{loop.own_plant.name}" is your own: its equations are not known'
-        return {"closed_loop_poles": None, "closed_loop_poles_reason": reason}
+        own = f'plant "{loop.own_plant.name}" is your own'
+        return none("closed_loop_poles", f"{own}: its equations are not known")
     try:
         poles = poles_of(loop.chain, loop.controller)
     except InputRefused as refusal:
-        return {"closed_loop_poles": None, "closed_loop_poles_reason": str(refusal)}
+        return none("closed_loop_poles", str(refusal))
     return {"closed_loop_poles": [{"frequency_hz": hertz, "damping_ratio": ratio} for hertz, ratio in poles]}
 
 
