@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import cache
 from math import radians
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,9 +13,8 @@ from scipy.stats import binom
 from cabledrive.identification import estimates, signals
 from cabledrive.identification.axis.answer import IdentifyOptions
 from cabledrive.identification.axis.axis import LAG, AxisOptions, _without_lag, axis_of, stacked
-from cabledrive.identification.axis.check import moved_back, torque_delay
 from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
-from cabledrive.identification.axis.simulated import whitened, whitener, with_own_error
+from cabledrive.identification.axis.simulated import with_own_error
 from cabledrive.identification.axis.timing import given_timing
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import identify
@@ -184,7 +182,7 @@ def test_output_error_is_refused_inside_a_feedback_loop():
 
 
 def test_an_axis_that_is_held_by_friction_at_first_does_not_lose_its_intervals():
-    """The speed at the start is then forgotten before the comparison begins: no step of it may be made."""
+    """The speed at the start is then forgotten before the comparison begins, and decides nothing more."""
     free, held = (identify(bench_log(TEST, seed), PLAIN, method="output-error") for seed in (70_000, 70_145))
     errors = [found.parameters["viscous_friction"].standard_error for found in (free, held)]
     assert errors[1] < 3.0 * errors[0], f"observed {errors}"
@@ -314,25 +312,14 @@ def test_a_delay_of_any_other_torque_is_estimated_to_a_tenth_of_a_sample(log, sa
     assert abs(delay - samples * log.interval) < 0.1 * log.interval, delay
 
 
-def test_a_log_that_is_moved_back_keeps_its_time_and_loses_its_ends(log):
-    moved = moved_back(late(log, 3), "torque", 3)
-    assert len(moved) == len(log) - 3
-    np.testing.assert_array_equal(moved.channel("torque"), log.channel("torque")[:-3])
-    np.testing.assert_array_equal(moved.channel("angle"), log.channel("angle")[:-3])
-    later = moved_back(late(log, -3), "torque", -3)
-    np.testing.assert_array_equal(later.time, log.time[3:])
-    np.testing.assert_array_equal(later.channel("torque"), log.channel("torque")[3:])
-
-
-def test_a_delay_is_its_whole_samples_and_what_the_log_moved_back_by_them_still_shows(log):
-    """3.4 samples, of which the first look sees 2.6."""
-
-    def evidence(moved):
-        left = 3.4 - (len(log) - len(moved.logs[0]))
-        return (SimpleNamespace(fault="delay", value=left * log.interval),)
-
-    axis = axis_of([log], AxisOptions())
-    assert torque_delay(axis, 2.6 * log.interval, evidence) == pytest.approx(3.4 * log.interval, rel=1e-12)
+@pytest.mark.parametrize("samples", [-3, 5])
+def test_a_delay_beyond_the_stated_instant_is_a_misfit_with_its_size(log, samples, measured):
+    """Stated as logged where it acts, the torque is not moved: the check says by how much it is late."""
+    found = identify(late(log, samples), IdentifyOptions(torque="interpolated"))
+    delay = found.method["torque_delay"]
+    measured(f"{samples} ms: {1e3 * delay:.3f} ms")
+    assert "model-misfit" in found.codes, found.findings
+    assert abs(delay - samples * log.interval) < 0.1 * log.interval, delay
 
 
 def test_an_instant_that_the_regression_cannot_tell_widens_what_it_would_move():
@@ -387,44 +374,6 @@ def test_each_kind_of_channel_has_its_share_of_the_second_difference(channel, sh
     unit = (2 * np.pi * FREQUENCY / RATE) ** 2 / 48
     assert abs(lost.real) < 0.1 * unit, f"observed {lost.real / unit:.3f} of a share"
     assert abs(share / 48 - CORNER) < CORNER_DOUBT + 1e-12
-
-
-# --- The weight of a residual: white in its band, from the lowest frequency up, at any sample rate
-BANDWIDTH = 50.0
-BANDS = ((0.03, 0.2), (0.2, 0.6), (0.6, 2.0), (2.0, 10.0), (10.0, 35.0))
-"""Between the lowest frequencies of a minute and the part of the band that is used [Hz]."""
-
-
-def residual_of_an_axis(rng, interval, duration=70.0, corner=0.6):
-    """Speed under white torque noise, which grows below a corner no more, and an encoder's rounding."""
-    count = round(duration / interval)
-    kept = np.exp(-2 * np.pi * corner * interval)
-    drift = signal.lfilter([interval], [1.0, -kept], rng.normal(size=count) / np.sqrt(interval))
-    rounding = np.diff(rng.uniform(-0.5, 0.5, count + 1)) * 2e-3 * np.sqrt(interval)
-    low_pass = signal.butter(4, BANDWIDTH, fs=1.0 / interval, output="sos")
-    return signal.sosfiltfilt(low_pass, drift + rounding)
-
-
-def density(row, interval):
-    frequency = np.fft.rfftfreq(row.size, interval)
-    power = np.abs(np.fft.rfft(row)) ** 2 * 2 * interval / row.size
-    return [float(power[(frequency >= low) & (frequency < high)].mean()) for low, high in BANDS]
-
-
-@pytest.mark.parametrize("rate", [1000.0, 4000.0])
-def test_a_weighted_residual_is_white_from_the_lowest_frequency_up(rate):
-    """Density 1/Hz within a fifth in every band; unweighted it falls by nearly three decades."""
-    rng = np.random.default_rng(31)
-    raw, seen = [], []
-    for _ in range(12):
-        residual = residual_of_an_axis(rng, 1.0 / rate)
-        weights = whitener([residual], 1.0 / rate, BANDWIDTH)
-        raw.append(density(residual, 1.0 / rate))
-        seen.append(density(whitened(residual[:, None], weights)[:, 0], 1.0 / rate))
-    level = np.mean(raw, axis=0)
-    assert level.max() / level.min() > 300.0, f"observed {level}"
-    white = np.mean(seen, axis=0)
-    assert np.all(np.abs(white - 1.0) < 0.2), f"observed {white}"
 
 
 # --- The filters do what chapter 4 says of them

@@ -7,7 +7,7 @@ from cabledrive.identification.axis.equation import SPARE, answers, loosen, obse
 
 pytestmark = pytest.mark.kernel
 H = 1e-3
-AXIS = np.array([2e-3, 3e-3, 0.02, 0.001])  # inertia, viscous and Coulomb friction, offset
+AXIS = np.array([2e-3, 3e-3, 0.02, 0.001, 0.0])  # inertia, viscous and Coulomb friction, offset; it jumps
 GAINS = np.array([0.1, 3.0, H])
 TIME = H * np.arange(300)
 
@@ -25,7 +25,7 @@ def test_what_a_disturbance_adds_to_the_angle_is_the_derivative_of_the_observer(
     *_, side, jump = observed(torque)
     assert np.all(side == 1.0)
     found = np.zeros_like(disturbances)
-    answers(AXIS, GAINS, disturbances, side, jump, found)
+    answers(AXIS, GAINS, disturbances, jump, found)
     step = 1e-5
     for answer, disturbance in zip(found, disturbances, strict=True):
         up, down = (observed(torque + sign * step * disturbance)[0] for sign in (1.0, -1.0))
@@ -35,9 +35,8 @@ def test_what_a_disturbance_adds_to_the_angle_is_the_derivative_of_the_observer(
 
 
 def test_a_disturbance_adds_nothing_more_where_the_axis_sticks():
-    side, jump = np.zeros(5), np.zeros(5)
     found = np.zeros((1, 5))
-    answers(AXIS, GAINS, np.ones((1, 5)), side, jump, found)
+    answers(AXIS, GAINS, np.ones((1, 5)), np.zeros(5), found)
     np.testing.assert_array_equal(found, 0.0)
 
 
@@ -60,7 +59,7 @@ def test_a_loose_load_is_caught_after_the_play_and_takes_back_what_the_motor_got
 
 def test_the_shadow_of_a_frictionless_axis_is_the_semi_discrete_servo():
     """Inertia alone under a held torque: angle and speed by the exact step of a double integrator."""
-    axis, gains = np.array([2e-3, 0.0, 0.0, 0.0]), np.array([0.5, 0.02, H])
+    axis, gains = np.array([2e-3, 0.0, 0.0, 0.0, 0.0]), np.array([0.5, 0.02, H])
     angle, speed = np.sin(8.0 * TIME), 8.0 * np.cos(8.0 * TIME)
     torque, out = 0.01 * np.cos(30.0 * TIME), np.zeros((2, TIME.size))
     shadow(axis, gains, torque, angle, speed, out)
@@ -73,7 +72,7 @@ def test_the_shadow_of_a_frictionless_axis_is_the_semi_discrete_servo():
         state = np.array([[1.0, H], [0.0, 1.0]]) @ state + np.array([0.5 * H * H, H]) * u / axis[0]
 
 
-DRY = np.array([2e-3, 0.0, 0.02, 0.001])  # no viscous friction: constant acceleration between turns
+DRY = np.array([2e-3, 0.0, 0.02, 0.001, 0.0])  # no viscous friction: constant acceleration between turns
 STEP = 0.01
 
 
@@ -95,7 +94,7 @@ def test_a_sample_in_which_the_axis_turns_is_two_parabolas(sign):
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_an_axis_sticks_up_to_its_coulomb_friction_and_starts_above_it(sign):
-    sticking = np.array([*DRY[:3], 0.0])
+    sticking = np.array([*DRY[:3], 0.0, 0.0])
     inside, above = sign * 0.99 * DRY[2], sign * 2.0 * DRY[2]
     assert one_sample(sticking, 0.0, inside, STEP) == (0.0, 0.0, 0.0, 0.0, 0.0)
     rate = sign * DRY[2] / DRY[0]

@@ -16,7 +16,7 @@ from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.one_log import identify
 from servo_logs import servo_log
 
-VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006])
+VALUES = np.array([0.001742, 0.0031, 0.0376, -0.0006, 0.0])
 STEP = 1e-3
 WORDS = {"stribeck": "Stribeck", "backlash": "backlash", "flexible": "flexible joint"}
 MOTIONS = ("trapezoids", "s-curves", "chirp", "steps")

@@ -11,14 +11,11 @@ from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, chan
 from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of
 from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
-from cabledrive.identification.axis.simulated import NAME as SIMULATION
 from cabledrive.identification.axis.simulated import NOT_FOLLOWED, refined, with_own_error
 from cabledrive.identification.axis.timing import (
     TorqueTiming,
     clock_drift,
     given_timing,
-    has_lines,
-    noise_between_lines,
     timing_of,
     with_clock,
 )
@@ -30,15 +27,12 @@ from cabledrive.parameters.fields import described, meaning
 CONTRADICTION, ALIKE = 5.0, 0.005
 """Joint standard errors from which two answers contradict each other, and share of the value within which
 they do not."""
-AGREED = 0.5
-"""Share of the difference of two methods that counts as a standard error of the one reported."""
 DRIFT_ROUNDS = 3
 """Corrections of a drift between two clocks."""
 REFUSING = {
     check.MISFIT,
     NOT_FOLLOWED,
     "unexplained-torque",
-    "methods-contradict",
     "logs-contradict",
     "negative",
 }
@@ -154,86 +148,40 @@ def _doubts_of(axis: Axis) -> list[Finding]:
 def _by_methods(
     axis: Axis, found: Identification, options: IdentifyOptions, timing: TorqueTiming
 ) -> Identification:
-    """Every method that is possible; the one that answers, with the check of its model."""
-    method, kind = options.method, axis.options.friction.kind
-    predicted, by_prediction, lost = _predicted(axis, found, method, timing)
-    sound = predicted is not None or (found.identifiable and "negative" not in found.codes)
-    timing = predicted.timing if predicted is not None else timing
-    moved = timing.moved(axis)
-    found = _timed(found, timing)
-    lost = lost and options.check
-    if not sound or kind not in ("coulomb", "tanh"):
-        if method == "output-error":
-            raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
-        found = found.saying(NOT_FOLLOWED, LOST) if lost else found
-        if options.check and kind == "coulomb":
-            return check.checked_by_innovations(moved, found)
-        why = f"not made: no check for friction {kind}" if options.check else "not requested"
-        return replace(found, check_reason=why)
-    lines = not moved.saturated and all(map(has_lines, moved.torques))
-    if lines and predicted is not None:
-        lines = not _inside_a_loop(axis, predicted)
-    alone = lines and all(map(noise_between_lines, moved.torques))
-    simulated, missed = None, ""
-    if method == "output-error" or lines:
+    """The answer by prediction error, or by what else was asked for or is possible; its model checked."""
+    method, smooth = options.method, axis.options.friction.kind in ("coulomb", "tanh")
+    if method == "output-error":
+        return _checked(timing.moved(axis), refined(timing.moved(axis), _timed(found, timing)), options)
+    predicted, lost = None, False
+    if method != "inverse-dynamics" and smooth:
         try:
-            simulated = refined(moved, found)
+            predicted, by_prediction = predict(axis, found, timing)
         except NotComputed as failure:
-            if method == "output-error":
+            if method == "prediction-error":
                 raise
-            missed = str(failure)
-    if method == "inverse-dynamics" or (simulated is None and predicted is None):
-        chosen = with_own_error(moved, found)
-    elif simulated is not None and (method == "output-error" or alone or predicted is None):
-        chosen = simulated
-    else:
-        told = {key: value for key, value in found.method.items() if key.startswith("torque_")}
-        chosen = replace(by_prediction, findings=found.findings, notes=found.notes).noting(**told)
-    if missed and alone:
-        chosen = chosen.saying(NOT_FOLLOWED, missed)
-    if simulated is not None and predicted is not None and method == "auto":
-        chosen = _contradicted(chosen, simulated, by_prediction)
-    if lost and not alone:
-        chosen = chosen.saying(NOT_FOLLOWED, LOST)
+            lost = isinstance(failure, NotReproduced) and options.check
+    elif method == "prediction-error":
+        raise NotComputed("prediction error needs the model rigid-axis-coulomb or rigid-axis-tanh")
+    if predicted is None:
+        moved, chosen = timing.moved(axis), _timed(found, timing)
+        if smooth and found.identifiable and "negative" not in found.codes:
+            chosen = with_own_error(moved, chosen)
+        return _checked(moved, chosen.saying(NOT_FOLLOWED, LOST) if lost else chosen, options)
+    moved = predicted.timing.moved(axis)
+    chosen = _checked(moved, _timed(by_prediction, predicted.timing), options)
+    return _with_rest(chosen, predicted, turns=not axis.equation.linear) if options.check else chosen
+
+
+def _checked(axis: Axis, chosen: Identification, options: IdentifyOptions) -> Identification:
+    """The answer with the check of its model, or why there is none."""
+    kind = axis.options.friction.kind
     if not options.check:
         return replace(chosen, check_reason="not requested")
+    if kind not in ("coulomb", "tanh"):
+        return replace(chosen, check_reason=f"not made: no check for friction {kind}")
     if NOT_FOLLOWED in chosen.codes:
         return replace(chosen, checked=True, check_reason="the model does not reproduce the log")
-    if simulated is not None and alone:
-        chosen = check.checked_by_lines(moved, chosen, simulated, timing)
-    else:
-        chosen = check.checked_by_innovations(moved, chosen)
-    return chosen if predicted is None else _with_rest(chosen, predicted, turns=not axis.equation.linear)
-
-
-def _predicted(
-    axis: Axis, found: Identification, method: str, timing: TorqueTiming
-) -> tuple[Predicted | None, Identification, bool]:
-    """Prediction error and its answer where it is possible; whether its observer lost the log."""
-    forced, none = method == "prediction-error", (None, found, False)
-    if next(iter(found.parameters.values())).high < 0.0:  # a negative inertia: swapped or reversed columns
-        return none
-    if axis.options.friction.kind != "coulomb" or method in ("inverse-dynamics", "output-error"):
-        if forced:
-            raise NotComputed("prediction error needs the model rigid-axis-coulomb")
-        return none
-    try:
-        if axis.saturated:
-            raise NotComputed("the torque saturates")
-        return *predict(axis, found, timing), False
-    except NotComputed as failure:
-        if forced:
-            raise
-        return None, found, isinstance(failure, NotReproduced)
-
-
-def _inside_a_loop(axis: Axis, predicted: Predicted) -> bool:
-    """Whether the torque of any log answers to the angle."""
-    shift = predicted.timing.shift
-    return any(
-        run.answers_to_angle(torque, max(0, int(np.ceil(-shift / run.track.interval + 0.5))))
-        for torque, run in zip(axis.torques, predicted.runs, strict=True)
-    )
+    return check.checked_by_innovations(axis, chosen)
 
 
 def _timed(found: Identification, timing: TorqueTiming) -> Identification:
@@ -257,21 +205,6 @@ def _apart(one: Identification, other: Identification) -> list[tuple[str, float,
     return found
 
 
-def _contradicted(
-    chosen: Identification, simulated: Identification, predicted: Identification
-) -> Identification:
-    """The answer with a finding where two methods exclude each other, and with half of their difference."""
-    names = _apart(simulated, predicted)
-    if names:
-        words = "; ".join(f"{n} {a:.4g} by output error, {b:.4g} by prediction error" for n, a, b in names)
-        words = f"two methods contradict each other on this log: {words}"
-        chosen = chosen.saying("methods-contradict", words)
-    if chosen.method["name"] != SIMULATION:
-        return chosen
-    off = simulated.values - predicted.values
-    return chosen.widened(AGREED**2 * np.outer(off, off))
-
-
 def _compared(found: Identification, each: Sequence[Identification]) -> Identification:
     """The answer with a finding where logs of one axis exclude each other; ``each``: of one log by itself."""
     for k, one in enumerate(each):
@@ -289,10 +222,8 @@ def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> 
     share, words = max(map(check.unexplained, runs), key=itemgetter(0))
     chosen = chosen.noting(unexplained_torque=share)
     if turns:
-        tried = chosen.method.get("suspicions", {}).values() if check.MISFIT in chosen.codes else ()
-        beyond = [one.get("family_share", 0.0) for one in tried if one["significance"] > one["critical"]]
-        explained, wave = max(map(check.position_wave, runs), key=itemgetter(0))
-        if wave and explained > max(beyond, default=0.0):
+        _, wave = max(map(check.position_wave, runs), key=itemgetter(0))
+        if wave:
             return chosen.without(check.MISFIT).saying(check.MISFIT, f"the model does not fit: {wave}")
     return (
         chosen.saying("unexplained-torque", words) if words and check.MISFIT not in chosen.codes else chosen

@@ -1,6 +1,6 @@
 """Whether the model of an axis holds: faults that its log shows, what is left, how it does on another."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,13 +14,10 @@ from cabledrive.identification.axis.faults import (
     FAULTS,
     Evidence,
     evidence_by_innovations,
-    evidence_by_lines,
-    other_law,
-    verdict_by_lines,
 )
 from cabledrive.identification.axis.observer import Prediction, observed, period_of
-from cabledrive.identification.axis.simulated import case_of, refined
-from cabledrive.identification.axis.timing import TorqueTiming
+from cabledrive.identification.axis.simulated import case_of
+from cabledrive.identification.axis.timing import timing_of
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import causal_filter, difference, ideal_low_pass, rms, zero_phase
@@ -29,8 +26,6 @@ from cabledrive.parameters.arrays import Array, Complex
 
 NOT_MADE = {
     "saturated": "not made: the torque saturates, so the torque on the axis is not known",
-    "smooth": "not made: the torque is not a sum of lines, and for such logs only Coulomb friction can be "
-    "checked",
     "long": "not made: the log is read in blocks",
     "parameters": "not made: inertia and friction are not identifiable from the log",
 }
@@ -40,9 +35,7 @@ NOTABLE, CLOSE = 0.02, 0.8
 """Share of the power from which it is stated whatever it changes; share of the best explanation from which on
 another fault cannot be distinguished from it."""
 MISFIT = "model-misfit"
-LINES = "disturbances of known faults added to the refined model"
 INNOVATIONS = "innovations of an observer"
-DELAY_ROUNDS = 12
 MOST_WAVES, EVERY = 60, 4
 """Waves per revolution that are tried, and samples between those that are used."""
 EXPLAINED, OVERTONE = 0.06, 0.03
@@ -66,32 +59,12 @@ RESTING = 0.02
 """Share of the speed's size below which an axis counts as at rest."""
 
 
-def checked_by_lines(
-    axis: Axis, answer: Identification, simulated: Identification, timing: TorqueTiming
-) -> Identification:
-    """The answer with what the residual of the simulated speed shows; ``simulated``: by output error."""
-    found = evidence_by_lines(axis, simulated)
-    if verdict_by_lines(found) is not None:
-        rival = other_law(axis, simulated, found)
-        found = found if rival is None else (*found, rival)
-    answer = answer.noting(suspicions={one.fault: one.as_dict() for one in found})
-    answer = replace(answer, checked=True, check_reason=LINES)
-    fault = verdict_by_lines(found, timing.convention is None)
-
-    def again(moved: Axis) -> tuple[Evidence, ...]:
-        return evidence_by_lines(moved, refined(moved, moved.regressed()))
-
-    return answer if fault is None else _blamed(axis, answer, [fault], again)
-
-
 def checked_by_innovations(axis: Axis, answer: Identification) -> Identification:
     """The answer with what the innovations of an observer show, or why they were not looked at."""
     inertia, _, coulomb, offset = answer.values[:4]
     reason = ""
     if axis.saturated:
         reason = NOT_MADE["saturated"]
-    elif axis.options.friction.kind != "coulomb":
-        reason = NOT_MADE["smooth"]
     elif not (inertia > 0.0 and coulomb > 0.0 and np.isfinite(offset)):
         reason = NOT_MADE["parameters"]  # viscous friction need not be known for it
     try:
@@ -105,9 +78,9 @@ def checked_by_innovations(axis: Axis, answer: Identification) -> Identification
     half_widths = [0.5 * (one.high - one.low) for one in answer.parameters.values()]
     beyond = [e for e in found if e.alarms and (e.moves(half_widths, MATERIAL) or e.gain > NOTABLE)]
     if faults := [e for e in beyond if e.gain >= CLOSE * beyond[0].gain]:
-        return _blamed(axis, answer, faults, lambda moved: evidence_by_innovations(moved, moved.regressed()))
+        return _blamed(axis, answer, faults)
     # notes on faults that change too little, or that a motion that repeats cannot show
-    small = ", ".join(FAULTS[one.fault][2] for one in found if one.alarms)
+    small = ", ".join(FAULTS[one.fault][1] for one in found if one.alarms)
     if small:
         words = f"significant, but no parameter changes by as much as its interval: {small}"
         answer = answer.noting(words)
@@ -118,51 +91,23 @@ def checked_by_innovations(axis: Axis, answer: Identification) -> Identification
             unseen.append(one)
     if not unseen or not all(period_of(log.channel(axis.torque), log.interval) for log in axis.logs):
         return answer
-    names = ", ".join(FAULTS[one.fault][2] for one in unseen)
+    names = ", ".join(FAULTS[one.fault][1] for one in unseen)
     words = f"the motion repeats, so this log cannot show a fault that makes the intervals wrong: {names}"
     return answer.noting(words, cannot_show=[one.fault for one in unseen])
 
 
-def _blamed(
-    axis: Axis,
-    answer: Identification,
-    faults: Sequence[Evidence],
-    evidence: Callable[[Axis], tuple[Evidence, ...]],
-) -> Identification:
-    """The answer with its faults in a sentence; a delay is measured by moving the torque back."""
-    words = FAULTS[faults[0].fault][3].format(value=faults[0].value)
+def _blamed(axis: Axis, answer: Identification, faults: Sequence[Evidence]) -> Identification:
+    """The answer with its faults in a sentence, a delay with its size."""
+    words = FAULTS[faults[0].fault][2]
     if faults[0].fault == DELAY:
-        try:
-            delay = torque_delay(axis, faults[0].value, evidence)
-            words, answer = FAULTS[DELAY][3].format(value=delay), answer.noting(torque_delay=delay)
-        except NotComputed as failure:
-            words = f"the motion lags the torque, by more than a delay: {failure}"
-    others = ", ".join(FAULTS[one.fault][2] for one in faults[1:])
+        late = -timing_of(axis).shift  # not only to first order
+        if late * faults[0].value > 0.0 and abs(late) > axis.interval:
+            words, answer = words.format(value=late), answer.noting(torque_delay=late)
+        else:
+            words = "the motion lags the torque, by more than a delay"
+    others = ", ".join(FAULTS[one.fault][1] for one in faults[1:])
     alike = f"; this log cannot distinguish it from {others}" if others else ""
     return answer.saying(MISFIT, f"the model does not fit: {words}{alike}")
-
-
-def torque_delay(axis: Axis, left: float, evidence: Callable[[Axis], tuple[Evidence, ...]]) -> float:
-    """How late the torque channel is [s], moved back until no delay is left; ``left``: to first order."""
-    interval, samples = axis.logs[0].interval, 0
-    for _ in range(DELAY_ROUNDS):
-        step = round(left / interval)
-        if step == 0:
-            return samples * interval + left
-        samples += step
-        if abs(samples) > min(len(log) for log in axis.logs) // 4:
-            break
-        moved = axis_of([moved_back(log, axis.torque, samples) for log in axis.logs], axis.options)
-        # below a sample, which the check of innovations leaves free, there is none
-        left = next((one.value for one in evidence(moved) if one.fault == DELAY), 0.0)
-    raise NotComputed(f"moved back by {samples * interval:.3g} s the torque channel still lags")
-
-
-def moved_back(log: Log, channel: str, samples: int) -> Log:
-    """A log with one channel earlier by whole samples; what has no partner at either end is left out."""
-    size, own, others = len(log) - abs(samples), max(samples, 0), max(-samples, 0)
-    kept = log.part(float(log.time[others]), float(log.time[others + size - 1]) + log.interval)
-    return kept.having(channel, log.channels[channel][own : own + size])
 
 
 def unexplained(run: Prediction) -> tuple[float, str]:

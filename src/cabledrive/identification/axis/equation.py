@@ -1,7 +1,7 @@
 """The equation of motion of one rigid axis: rows of a regression, and a compiled observer with its shadow."""
 
 from dataclasses import dataclass, field
-from math import pi, sqrt
+from math import pi, sqrt, tanh
 
 import numpy as np
 from scipy import ndimage, signal
@@ -168,10 +168,18 @@ SPARE = 1.2
 def one_sample(p: Array, v: float, u: float, h: float) -> tuple[float, float, float, float, float]:
     """Speed at the end, angle gone through, mean acceleration, direction, and jump of a sensitivity.
 
-    ``p`` holds inertia, viscous and Coulomb friction, offset; the torque ``u`` stands. The speed that turns
-    is followed to its zero; there the axis sticks (direction 0) or goes on.
+    ``p`` holds inertia, viscous and Coulomb friction, offset, and the slope K of a smooth friction
+    c tanh(K w), 0 where it jumps; the torque ``u`` stands. Where friction jumps, the speed that turns is
+    followed to its zero; there the axis sticks (direction and jump 0) or goes on. A smooth friction has the
+    direction tanh(K w), and the jump holds what it takes from a sensitivity.
     """
     load = u + p[3]
+    if p[4] > 0.0:
+        side = tanh(p[4] * v)
+        falls = 0.5 * h * (p[1] + p[2] * p[4] * (1.0 - side * side)) / p[0]
+        a = (load - side * p[2] - p[1] * v) / p[0] / (1.0 + falls)
+        kept = (1.0 - falls) / (1.0 + falls) / (1.0 - h * p[1] / p[0])
+        return v + h * a, h * (v + 0.5 * h * a), a, tanh(p[4] * (v + 0.5 * h * a)), kept
     side = 1.0 if v > 0.0 else (-1.0 if v < 0.0 else 0.0)
     if side == 0.0:
         if abs(load) <= p[2]:
@@ -218,17 +226,17 @@ def observe(p: Array, gains: Array, torque: Array, angle: Array, start: Array, o
 
 
 @njit
-def answers(p: Array, gains: Array, torques: Array, side: Array, jump: Array, out: Array) -> None:
+def answers(p: Array, gains: Array, torques: Array, jump: Array, out: Array) -> None:
     """What small disturbing torques would add to the predicted angle, both of shape (m, samples)."""
     h = gains[2]
     decay = 1.0 - h * p[1] / p[0]
     for c in range(torques.shape[0]):
         x, v = 0.0, 0.0
-        for k in range(side.size):
+        for k in range(jump.size):
             out[c, k] = x
             v -= gains[1] * x
             x -= gains[0] * x
-            if side[k] == 0.0:
+            if jump[k] == 0.0:
                 x += 0.5 * h * v
                 v = 0.0
             else:

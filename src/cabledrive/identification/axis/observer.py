@@ -22,7 +22,6 @@ from scipy.linalg import solve_discrete_lyapunov, solve_toeplitz
 from cabledrive.identification import estimates
 from cabledrive.identification.axis.axis import BASE, Axis
 from cabledrive.identification.axis.equation import answers, observe, settling, shadow
-from cabledrive.identification.axis.timing import spectral_lines
 from cabledrive.identification.estimates import Factors, Fit
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import NotComputed
@@ -50,8 +49,6 @@ TWINS, SERVO, SMOOTH = 4, 1.0, 20.0
 """Places of the encoder; bandwidths of the servo and of the motion that it keeps a sound axis along [Hz]."""
 SHORTEST_PERIOD, ALIKE = 0.3, 0.9
 """Period that is looked for [s], and correlation from which a torque counts as periodic."""
-REACH, BEYOND = 20, 6.0
-"""Samples after an innovation, and standard errors, in which a loop shows."""
 
 
 class NotReproduced(NotComputed):
@@ -63,13 +60,21 @@ class NotReproduced(NotComputed):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Track:
-    """One log as the observer takes it: mean torque to the next sample, angle, first speed, encoder count."""
+    """One log as the observer takes it: mean torque to the next sample, angle, first speed, encoder count.
+
+    ``slope``: of a smooth friction [s/rad], 0 where it jumps.
+    """
 
     torque: Array
     position: Array
     start: float
     interval: float
     quantum: float
+    slope: float
+
+    def numbers(self, values: Array) -> Array:
+        """Values of the axis as the kernels take them, shape (5,)."""
+        return np.append(values, self.slope)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,7 +104,7 @@ class Prediction:
         """What disturbing torques add to the innovation, shape (disturbances, samples)."""
         out = np.empty((len(torques), self.track.position.size))
         columns = np.array(list(torques.values()))
-        answers(self.values, self.gains, columns, self.direction, self.jump, out)
+        answers(self.track.numbers(self.values), self.gains, columns, self.jump, out)
         return out
 
     def regression(self, torques: Mapping[str, Array], segments: int) -> Factors:
@@ -114,15 +119,6 @@ class Prediction:
         if white.shape[1] < SHORTEST * segments:
             raise NotComputed(f"{white.shape[1]} samples are too few for {segments} segments: record longer")
         return estimates.factor(white[:-1].T, white[-1], tuple(torques), segments)
-
-    def answers_to_angle(self, torque: Array, late: int) -> bool:
-        """Whether the torque as logged answers to what was not predicted, as in a feedback loop."""
-        lines = spectral_lines(torque)
-        noise = torque if lines is torque else torque - lines
-        cause, effect = (np.convolve(x, autoregression(x), "valid") for x in (self.innovation, noise))
-        norm, size = float(np.linalg.norm(cause) * np.linalg.norm(effect)), effect.size
-        largest = max(abs(float(cause[: size - k] @ effect[k:])) for k in range(1 + late, REACH + late))
-        return norm > 0.0 and float(np.sqrt(size)) / norm * largest > BEYOND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -164,7 +160,7 @@ class Observed:
         )
 
     def twins(self, values: Array, seed: int) -> Iterator["Observed"]:
-        """Logs of a rigid axis with Coulomb friction that moves beside the measured one."""
+        """Logs of a rigid axis with friction of the same law that moves beside the measured one."""
         rng = np.random.default_rng(seed)
         cases = [(run.track, *_beside(run.track, values), *_noises(run)) for run in self.runs(values)]
         for k in range(TWINS):
@@ -200,6 +196,7 @@ def observed(axis: Axis, values: Array, share: float, hold: float = HELD) -> Obs
             start=axis.start(log),
             interval=log.interval,
             quantum=log.report.quantum.get(axis.position, 0.0),
+            slope=axis.slope,
         )
         for log in axis.logs
     )
@@ -227,7 +224,7 @@ def run_of(track: Track, values: Array, bandwidth: float) -> Prediction:
     """Run the observer."""
     out = np.empty((5, track.position.size))
     start, gains = np.array([track.position[0], track.start]), observer_gains(bandwidth, track.interval)
-    observe(np.array(values, dtype=float), gains, track.torque, track.position, start, out)
+    observe(track.numbers(values), gains, track.torque, track.position, start, out)
     names = ("innovation", "speed", "acceleration", "direction", "jump")
     return Prediction(track=track, values=values, bandwidth=bandwidth, **dict(zip(names, out, strict=True)))
 
@@ -282,7 +279,7 @@ def _beside(track: Track, values: Array) -> tuple[Array, Array]:
     omega = 2 * np.pi * SERVO
     gains = np.array([values[0] * omega**2, 2 * values[0] * omega, track.interval])
     out, speed = np.empty((2, along.size)), difference(along, track.interval)
-    shadow(values, gains, track.torque, along, speed, out)
+    shadow(track.numbers(values), gains, track.torque, along, speed, out)
     return out[0], out[1]
 
 

@@ -49,6 +49,10 @@ class Predicted:
 
 def predict(axis: Axis, found: Identification, timing: TorqueTiming) -> tuple[Predicted, Identification]:
     """Prediction error from the torque's instant as found; where that loses the log, from a convention's."""
+    if axis.saturated:
+        raise NotComputed("the torque saturates")
+    if found.parameters[axis.equation.inertia].high < 0.0:
+        raise NotComputed("the inertia is negative: torque and angle are swapped, or one sign is reversed")
     try:
         return _refined(axis, found, timing)
     except NotReproduced:

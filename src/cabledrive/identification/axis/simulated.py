@@ -5,10 +5,6 @@ itself under the measured torque. The parameters solve :math:`Z^T r = 0`, where 
 of speeds and Z the exact sensitivities along the motion under the torque's spectral lines alone: noise of the
 torque must not be in both factors. Inside a feedback loop the model does not follow, and that is said.
 
-Noise of a torque comes out of a simulated axis as :math:`1/\omega`, rounding of an encoder goes into a speed
-as :math:`\omega`. The weight :math:`1/\sqrt{S(\omega)}` of the smoothed spectrum S makes the residual white
-in its band; the equations have the same solution on average under any such weight.
-
 Rounding and the instants of turns repeat from period to period, so that the spread of the segments' scores
 does not contain them. The fitted axis is moved under the measured torque, its angle rounded at a few phases
 of the encoder, and what the mean square of the method's misses there has beyond what the scores claim is
@@ -19,11 +15,9 @@ added:
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import inf
 
 import numpy as np
-from scipy import signal
 from scipy.integrate import cumulative_trapezoid
 
 from cabledrive.identification.axis.axis import BASE, Axis, stacked, values_of
@@ -37,17 +31,8 @@ from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import integrate_rigid_axis
 
-BANDS, INSIDE = 24, 0.8
-"""Of the weights, and share of the bandwidth that is used: above, the signals' filter leaves too little."""
-LONGEST_SEGMENT = 8.0
-"""Of the records whose spectra are averaged [s]."""
-REACH, SHARE = 4.0, 1 / 16
-"""Half of the weights' filter at most [s], and of the shortest log; a short one cannot follow the corner,
-some tenths of a hertz, below which noise of the torque no longer grows."""
 BANDWIDTH = 50.0
 """Of the compared speeds [Hz]."""
-FORGOTTEN = 1e-3
-"""Remainder of an initial change of the speed, when the comparison begins, below which it has no effect."""
 LATER = 0.05
 """Step of the torque's instant by which its sensitivity is taken [intervals]."""
 PASSES, CONVERGED, HALVINGS, SLACK = 12, 0.1, 5, 1e-3
@@ -60,32 +45,6 @@ PHASES = 4
 """Positions of the encoder that are tried."""
 NOT_FOLLOWED = "not-followed"
 NAME = "output error on the speed, exact sensitivities, started from inverse dynamics"
-
-
-def whitener(residuals: Sequence[Array], interval: float, bandwidth: float) -> Array:
-    """Symmetric filter (2 m + 1,) that makes residuals white, of density 1 [1/Hz], below a bandwidth [Hz]."""
-    shortest = min(r.size for r in residuals)
-    length = min(round(LONGEST_SEGMENT / interval), shortest)
-    spectra = [signal.welch(r, 1.0 / interval, nperseg=length, detrend=False) for r in residuals]
-    frequency, power = spectra[0][0], np.mean([s[1] for s in spectra], axis=0)
-    top = INSIDE * bandwidth
-    edges = np.geomspace(frequency[1], top, BANDS + 1)
-    bands = [(frequency >= a) & (frequency < b) for a, b in pairwise(edges)]
-    filled = [band for band in bands if band.any()]
-    middles = [float(np.mean(np.log(frequency[band]))) for band in filled]
-    levels = [float(np.mean(np.log(power[band] + 1e-300))) for band in filled]
-    smooth = np.interp(np.log(np.maximum(frequency, frequency[1])), middles, levels)
-    gain = np.exp(-0.5 * smooth) * np.clip((bandwidth - frequency) / (bandwidth - top), 0.0, 1.0)
-    impulse = np.fft.fftshift(np.fft.irfft(gain))
-    reach = min(round(REACH / interval), round(SHARE * shortest), impulse.size // 2 - 1)
-    middle = impulse.size // 2
-    window = np.hanning(2 * reach + 3)[1:-1]
-    return np.asarray(impulse[middle - reach : middle + reach + 1] * window)
-
-
-def whitened(rows: Array, weights: Array) -> Array:
-    """Columns (rows, columns) through the filter of `whitener`; nothing is assumed beyond both ends."""
-    return np.asarray(signal.oaconvolve(rows, weights[:, None], mode="same", axes=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -101,17 +60,11 @@ class Case:
     bandwidth: float
     slope: float
     quantum: float = 0.0
-    weights: Array | None = None
     lag: bool = False
 
     def filtered(self, values: Array) -> Array:
         """Signals below the bandwidth."""
         return zero_phase(values, self.interval, self.bandwidth)
-
-    def compared(self, rows: Array) -> Array:
-        """Filtered signals as they are compared: without the filter's ends, weighted."""
-        inner = rows[self.inner]
-        return inner if self.weights is None else whitened(inner, self.weights)
 
     def moved(
         self, values: Array, torque: Array, start: float, *, varied: bool = False
@@ -122,18 +75,16 @@ class Case:
         )
 
     def residual(self, values: Array, start: float) -> tuple[Array, Array]:
-        """Filtered, weighted difference of speeds, and sensitivities alike: of `BASE`, the start, the lag."""
+        """Filtered difference of speeds, and sensitivities alike: of `BASE`, the start, the lag."""
         moved, _ = self.moved(values, self.torque, start)
         before, along = self.moved(values, self.lines, start, varied=True)
-        if np.abs(along[self.inner, 4]).max() < FORGOTTEN:
-            along[:, 4] = 0.0
         columns = [moved, along]
         if self.lag:
             after, _ = self.moved(values, self.lines - LATER * np.gradient(self.lines), start)
             with np.errstate(invalid="ignore", over="ignore"):  # a motion that runs away: refused below
                 columns.append((after - before) / (LATER * self.interval))
         filtered = self.filtered(np.column_stack(columns))
-        rows = self.compared(np.column_stack([self.speed - filtered[:, 0], filtered[:, 1:]]))
+        rows = np.column_stack([self.speed - filtered[:, 0], filtered[:, 1:]])[self.inner]
         if not np.all(np.isfinite(rows)):
             raise NotComputed("the model does not reproduce the log in open loop: its motion diverges")
         return rows[:, 0], rows[:, 1:]
@@ -157,32 +108,15 @@ def case_of(axis: Axis, log: Log) -> Case:
     )
 
 
-def weighed(cases: list[Case], values: Array, speeds: Sequence[float] | Array) -> list[Case]:
-    """Cases whose residuals are weighted by their spectrum at given parameters and speeds at the start."""
-    if len({case.interval for case in cases}) > 1:
-        return cases
-    residuals = [case.residual(values, v)[0] for case, v in zip(cases, speeds, strict=True)]
-    weights = whitener(residuals, cases[0].interval, cases[0].bandwidth)
-    return [replace(case, weights=weights) for case in cases]
-
-
-def weighed_cases(axis: Axis, values: Array) -> list[Case]:
-    """All logs prepared and weighted, from their own speeds at the start."""
-    cases = [case_of(axis, log) for log in axis.logs]
-    return weighed(cases, values, [case.start for case in cases])
-
-
 def refined(axis: Axis, found: Identification) -> Identification:
     """Refine inverse dynamics by output error; `NotComputed` if the model does not follow the logs."""
     if axis.options.friction.kind not in ("coulomb", "tanh") or not found.identifiable:
         raise NotComputed("output error needs an identifiable rigid axis with one Coulomb friction")
     cases = [case_of(axis, log) for log in axis.logs]
     speeds = np.array([case.start for case in cases])
-    values, speeds, _ = _solved(cases, found.values, speeds, PASSES // 4)
-    cases = weighed(cases, values, speeds)
-    values, speeds, fit = _solved(cases, values, speeds, PASSES)
-    plain = [replace(c, weights=None).residual(values, v)[0] for c, v in zip(cases, speeds, strict=True)]
-    left, size = rms(*plain), rms(*(case.speed[case.inner] for case in cases))
+    values, speeds, fit = _solved(cases, found.values, speeds)
+    left = rms(*(case.residual(values, v)[0] for case, v in zip(cases, speeds, strict=True)))
+    size = rms(*(case.speed[case.inner] for case in cases))
     if not left <= LARGEST_RESIDUAL * size:
         raise NotComputed(
             f"the model does not reproduce the log in open loop (residual {100 * left / size:.0f} % of the "
@@ -194,10 +128,10 @@ def refined(axis: Axis, found: Identification) -> Identification:
     return replace(found, residual=residual).refitted(values, covariance, freedom, method)
 
 
-def _solved(cases: list[Case], values: Array, speeds: Array, passes: int) -> tuple[Array, Array, Fit]:
+def _solved(cases: list[Case], values: Array, speeds: Array) -> tuple[Array, Array, Fit]:
     """Gauss-Newton steps until they are small; halved where one beyond its errors raised the residual."""
     factors, residual = _linearised(cases, values, speeds)
-    for _ in range(passes):
+    for _ in range(PASSES):
         fit = solve(suited_segments(factors, each=True))
         step, errors = fit.values, np.sqrt(np.diag(fit.covariance))[:4]
         near = bool(np.all(np.abs(step[:4]) <= errors))
@@ -241,14 +175,14 @@ def _own_error(cases: list[Case], values: Array, speeds: Array) -> Array:
         moved, _ = case.moved(values, case.torque, start)
         shown = rounded_angles(moved, case.interval, case.quantum)
         seen = np.column_stack([case.filtered(difference(angle, case.interval)) for angle in shown.T])
-        rights.append(case.compared(seen - case.filtered(moved)[:, None]))
+        rights.append((seen - case.filtered(moved)[:, None])[case.inner])
         between, _ = case.moved(values, between_samples(case.torque, CORNER_DOUBT), start)
         # Noise of the torque channel blurs turns, as a smaller friction does. How much of it the axis feels
         # is not known: all of it once more, backwards and with either sign, so that only its square is left.
         noise = (case.torque - case.lines)[::-1]
         more, less = (case.moved(values, case.torque + sign * noise, start)[0] for sign in (1.0, -1.0))
         changes = np.column_stack([between - moved, 0.5 * (more + less) - moved])
-        doubts.append(case.compared(case.filtered(changes)))
+        doubts.append(case.filtered(changes)[case.inner])
         lefts.append(_apart(case.residual(values, start)[1], number, len(cases)))
     names = tuple(str(k) for k in range(lefts[0].shape[1]))
     fits = []

@@ -26,11 +26,8 @@ from cabledrive.identification.signals import difference
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 
-SPARSE, HALF = 0.3, 0.5
-"""Largest shares of all lines, and of those of the band, that stand out."""
-BETWEEN = 2.5
-"""Power density between lines over that above them: nearly 1 where the rest is noise; 4 and more where the
-torque of a feedback loop happens to have peaks."""
+SPARSE = 0.3
+"""Largest share of all lines that stand out."""
 TAPS = 16
 """Half length of the interpolation filter [samples]."""
 NEAR = 0.75
@@ -55,24 +52,6 @@ def spectral_lines(values: Array) -> Array:
     spectrum = np.fft.rfft(values)
     kept = _lines_of(spectrum)
     return values if kept.mean() > SPARSE else np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
-
-
-def has_lines(values: Array) -> bool:
-    """Whether a torque is a sum of lines, not a step, a chirp or a loop's that fills half of its band."""
-    kept = _lines_of(np.fft.rfft(values))
-    band = np.flatnonzero(kept)
-    return bool(band.size and band.size <= HALF * (band[-1] - band[0] + 1) and kept.mean() <= SPARSE)
-
-
-def noise_between_lines(values: Array) -> bool:
-    """Whether nothing but noise lies between a torque's lines, so that they are all that moves the axis."""
-    spectrum = np.fft.rfft(values)
-    power, kept = np.abs(spectrum) ** 2, _lines_of(spectrum)
-    first, last = np.flatnonzero(kept)[[0, -1]]
-    between, above = power[first:last][~kept[first:last]], power[last + 1 :]
-    if not (between.size and above.size and above.any()):
-        return True
-    return bool(between.mean() / above.mean() <= BETWEEN)
 
 
 def _lines_of(spectrum: Complex) -> NDArray[np.bool_]:
