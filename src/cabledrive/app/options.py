@@ -1,13 +1,14 @@
 """Options that commands share, and what the shell is offered for them."""
 
 import functools
+import inspect
 import os
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 from click.shell_completion import CompletionItem
@@ -333,6 +334,45 @@ def answering(function: Function) -> Function:
 def together(*own: Callable[..., Any]) -> Callable[..., Any]:
     """Options that several commands share, in the order of the help."""
     return lambda function: functools.reduce(lambda made, add: add(made), reversed(own), function)
+
+
+class Declared(NamedTuple):
+    """The default of a command's parameter: from the parameter's name to what adds it to the command."""
+
+    add: Callable[[str], Callable[..., Any]]
+
+
+def opt(kind: Any, words: str, default: Any = None, *, flags: str = "", **more: Any) -> Any:
+    """A parameter that is an option, see `option`; ``flags``: where they are not made of its name."""
+    return Declared(
+        lambda name: option(f"{flags or '--' + name.replace('_', '-')} {name}", kind, words, default, **more)
+    )
+
+
+def argument(metavar: str | None, **more: Any) -> Any:
+    """A parameter that is an argument of the command; ``more``: for click."""
+    return Declared(lambda name: click.argument(name, metavar=metavar, **more))
+
+
+def subcommand(
+    example: str,
+    shared: Sequence[Callable[..., Any]] = (),
+    short: str | None = None,
+    names: Callable[[], dict[str, Sequence[str]]] = dict,
+) -> Callable[[Function], click.Command]:
+    """Make a command of a function whose `Answer` is shown, its options and arguments those it declares.
+
+    ``shared``: options that it has in common with others, first in the help; ``short``: line in the list of
+    commands, default: the first of its docstring; ``names``: as of `Subcommand`.
+    """
+
+    def _made(function: Function) -> click.Command:
+        declared = inspect.signature(function).parameters.items()
+        own = [one.default.add(name) for name, one in declared if isinstance(one.default, Declared)]
+        make = click.command(cls=Subcommand, example=example, short_help=short, names=names)
+        return make(together(answering, *shared, *own)(function))
+
+    return _made
 
 
 pulse_options = together(

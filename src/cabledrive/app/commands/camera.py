@@ -6,35 +6,25 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import Subcommand, answering, force_option, option
+from cabledrive.app.options import argument, force_option, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
 
 
-@click.command(
-    cls=Subcommand,
-    example='cabledrive camera clip.avi --frame-rate 480 --scale "0.4 mm" -o track.csv',
-    short_help="Follow a painted marker through a video.",
+@subcommand(
+    'cabledrive camera clip.avi --frame-rate 480 --scale "0.4 mm" -o track.csv',
+    (force_option,),
+    "Follow a painted marker through a video.",
 )
-@answering
-@force_option
-@click.argument("video", metavar="VIDEO")
-@option("--frame-rate", "Hz", "Of the recording; by default what the file says.")
-@option("--scale", "m", "Length of one pixel.")
-@option("--known-length", "m", "A length seen in the picture, with --known-pixels.")
-@option("--known-pixels", float, "How many pixels long it is.", metavar="N")
-@option("--markers", click.IntRange(1, 2), "How many move.", 1)
-@option("--region", "R0:R1,C0:C1", "Rows and columns to look at.")
-@option("-o --output", ".csv", "The log to write.", required=True, metavar="LOG.csv")
 def command(
-    video: str,
-    frame_rate: float | None,
-    scale: float | None,
-    known_length: float | None,
-    known_pixels: float | None,
-    markers: int,
-    region: str | None,
-    output: NewFile,
+    video: str = argument("VIDEO"),
+    frame_rate: float | None = opt("Hz", "Of the recording; by default what the file says."),
+    scale: float | None = opt("m", "Length of one pixel."),
+    known_length: float | None = opt("m", "A length seen in the picture, with --known-pixels."),
+    known_pixels: float | None = opt(float, "How many pixels long it is.", metavar="N"),
+    markers: int = opt(click.IntRange(1, 2), "How many move.", 1),
+    region: str | None = opt("R0:R1,C0:C1", "Rows and columns to look at."),
+    output: NewFile = opt(".csv", "The log to write.", required=True, metavar="LOG.csv", flags="-o --output"),
 ) -> Answer:
     """Follow a white marker through VIDEO, or a folder of pictures, and write a log that `identify` reads."""
     from cabledrive.identification.camera_frames import open_clip

@@ -2,9 +2,7 @@
 
 from typing import Any
 
-import click
-
-from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
+from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, known, provenance
 from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
@@ -19,21 +17,21 @@ METHOD = {
 """Of loops and lines, and of machines with routes."""
 
 
-@click.command(cls=Subcommand, example='cabledrive check elevator --set cable.pretension="20 kN"')
-@answering
-@saves_answer
-@machine_argument
-@option("--plot", "picture", "Draw the machine from its coordinates into FILE, ending in .png, .svg or .pdf.")
-@option(
-    "--motion motion_file",
-    "path",
-    "Check a planned motion as well: tensions with forces of inertia and vibration against slack and "
-    "strength, slip on every pulley, torque of the motors. A CSV file with time [s], torque [N m] and, of "
-    "loops and lines, load torque [N m]; of a machine with routes also torque NAME, of another "
-    "motor's pulley, and "
-    "places of bodies such as head.x [m], which make the torque unnecessary.",
-)
-def command(drive: Drive | RoutedDrive, plot: NewFile | None, motion_file: str | None) -> Answer:
+@subcommand('cabledrive check elevator --set cable.pretension="20 kN"', (saves_answer, machine_argument))
+def command(
+    drive: Drive | RoutedDrive,
+    plot: NewFile | None = opt(
+        "picture", "Draw the machine from its coordinates into FILE, ending in .png, .svg or .pdf."
+    ),
+    motion_file: str | None = opt(
+        "path",
+        "Check a planned motion as well: tensions with forces of inertia and vibration against slack and "
+        "strength, slip on every pulley, torque of the motors. A CSV file with time [s], torque [N m] and, "
+        "of loops and lines, load torque [N m]; of a machine with routes also torque NAME, of another "
+        "motor's pulley, and places of bodies such as head.x [m], which make the torque unnecessary.",
+        flags="--motion",
+    ),
+) -> Answer:
     """Validate DRIVE; print derived quantities and warnings; with --motion the margins along it."""
     answer = _checked_route(drive) if isinstance(drive, RoutedDrive) else _checked_loop(drive)
     if motion_file is not None:

@@ -9,28 +9,18 @@ import click
 
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, asked_hash, check_folder, finished
-from cabledrive.app.options import (
-    ANGLE,
-    Subcommand,
-    answering,
-    axis_argument,
-    force_option,
-    option,
-    pulse_options,
-)
+from cabledrive.app.options import ANGLE, axis_argument, force_option, option, pulse_options, subcommand
 from cabledrive.app.results import FORCE, Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
 
 METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning procedure for all laws"
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive compare dissertation-3 --controllers lqi,lqi-learning --draws 20 -o comparison",
-    short_help="Compare control laws on the same disturbed plants.",
+@subcommand(
+    "cabledrive compare dissertation-3 --controllers lqi,lqi-learning --draws 20 -o comparison",
+    (axis_argument,),
+    "Compare control laws on the same disturbed plants.",
 )
-@answering
-@axis_argument
 @option("--controllers", "A,B,...", "Laws to compare; default: six; see docs/control.")
 @option("--all every_law", "flag", "Compare every law.")
 @option("--disturbances", "path", "TOML file: friction of the load, backlash, cogging, delay, shocks ...")

@@ -1,23 +1,22 @@
 """`cabledrive drives`: the drives that come with the package, and the file of each to start from."""
 
-import click
-
-from cabledrive.app.options import Subcommand, answering, complete_drive, force_option, option
+from cabledrive.app.options import argument, complete_drive, force_option, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, NewFileType, json_text, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives, packaged_text
 
+_NEW = NewFileType(".toml", ".json", "")
 
-@click.command(cls=Subcommand, example="cabledrive drives printer-belt -o my-printer.toml")
-@click.argument("name", required=False, shell_complete=complete_drive)
-@force_option
-@option(
-    "-o --output",
-    NewFileType(".toml", ".json", ""),
-    "With NAME: write the drive file to FILE. Without: write the JSON object.",
-    metavar="FILE",
-)
-@answering
-def command(name: str | None, output: NewFile | None) -> Answer:
+
+@subcommand("cabledrive drives printer-belt -o my-printer.toml", (force_option,))
+def command(
+    name: str | None = argument(None, required=False, shell_complete=complete_drive),
+    output: NewFile | None = opt(
+        _NEW,
+        "With NAME: write the drive file to FILE. Without: write the JSON object.",
+        metavar="FILE",
+        flags="-o --output",
+    ),
+) -> Answer:
     """List the packaged drives; with NAME, print the file of that drive, to start from."""
     wrong = ".toml" if name is None else ".json"
     if output is not None and output.path.suffix.lower() == wrong:

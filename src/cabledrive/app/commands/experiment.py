@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import Subcommand, answering, axis_argument, force_option, option
+from cabledrive.app.options import axis_argument, force_option, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, known, provenance
 from cabledrive.parameters import Drive, InputRefused
 
@@ -15,30 +15,21 @@ METHOD = (
 )
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive experiment dissertation-3 --model 1 -o log.csv",
-    short_help="Write a log of the virtual rig of a drive.",
+@subcommand(
+    "cabledrive experiment dissertation-3 --model 1 -o log.csv",
+    (force_option, axis_argument),
+    "Write a log of the virtual rig of a drive.",
 )
-@answering
-@force_option
-@axis_argument
-@option("--excitation", "path", "TOML file of the command.")
-@option("--model", click.IntRange(1, 4), "Plant: Model 1 to 4; by default the highest.")
-@option("--seed", "count", "Of noise and phases.", 0)
-@option(
-    "--plan", "flag", "Run nothing: predict the standard errors, and the peaks of torque, speed and stroke."
-)
-@option("--stroke", "rad", "With --plan: largest travel from end to end.")
-@option("-o --output", ".csv", "The log to write.", metavar="LOG.csv")
 def command(
     drive: Drive,
-    excitation: str | None,
-    model: int | None,
-    seed: int,
-    plan: bool,
-    stroke: float | None,
-    output: NewFile | None,
+    excitation: str | None = opt("path", "TOML file of the command."),
+    model: int | None = opt(click.IntRange(1, 4), "Plant: Model 1 to 4; by default the highest."),
+    seed: int = opt("count", "Of noise and phases.", 0),
+    plan: bool = opt(
+        "flag", "Run nothing: predict the standard errors, and the peaks of torque, speed and stroke."
+    ),
+    stroke: float | None = opt("rad", "With --plan: largest travel from end to end."),
+    output: NewFile | None = opt(".csv", "The log to write.", metavar="LOG.csv", flags="-o --output"),
 ) -> Answer:
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
     from cabledrive.rig.experiment import experiment, load_excitation

@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-import click
-
-from cabledrive.app.options import Subcommand, answering, option
+from cabledrive.app.options import argument, opt, subcommand
 from cabledrive.app.results import Absent, Answer, provenance
 from cabledrive.parameters import InputRefused
 
@@ -13,35 +11,26 @@ LUMPED = "lumped Models 1 to 4 of the drive, links linear"
 METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` found them"}
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive export dissertation-3 --format c99 --controller lqg -o firmware",
-    short_help="Write a controller as C99, an FMU or another program's model.",
+@subcommand(
+    "cabledrive export dissertation-3 --format c99 --controller lqg -o firmware",
+    (),
+    "Write a controller as C99, an FMU or another program's model.",
 )
-@answering
-@click.argument("source", metavar="SOURCE")
-@option(
-    "--format format_",
-    "c99|fmu2|fmu3|mjcf|modelica|klipper",
-    "c99, fmu2, fmu3, mjcf, modelica or klipper.",
-    required=True,
-    metavar="FORMAT",
-)
-@option("--controller", "NAME", "Control law for a drive; default: by the motor joint.")
-@option("--axis", "NAME", "Axis of a machine with routes: its load, such as head.x.")
-@option("--what", "controller|plant|loop|cable", "Which part is written.", "controller")
-@option("--float32", "flag", "Single precision; refused where the law does not hold in it.")
-@option("--anyway", "flag", "Also the law of a study without yes; the reason stands in the files.")
-@option("-o --output", "path", "New folder to write.", required=True, metavar="DIR")
 def command(
-    source: str,
-    format_: str,
-    controller: str | None,
-    axis: str | None,
-    what: str,
-    float32: bool,
-    anyway: bool,
-    output: str,
+    source: str = argument("SOURCE"),
+    format_: str = opt(
+        "c99|fmu2|fmu3|mjcf|modelica|klipper",
+        "c99, fmu2, fmu3, mjcf, modelica or klipper.",
+        required=True,
+        metavar="FORMAT",
+        flags="--format",
+    ),
+    controller: str | None = opt("NAME", "Control law for a drive; default: by the motor joint."),
+    axis: str | None = opt("NAME", "Axis of a machine with routes: its load, such as head.x."),
+    what: str = opt("controller|plant|loop|cable", "Which part is written.", "controller"),
+    float32: bool = opt("flag", "Single precision; refused where the law does not hold in it."),
+    anyway: bool = opt("flag", "Also the law of a study without yes; the reason stands in the files."),
+    output: str = opt("path", "New folder to write.", required=True, metavar="DIR", flags="-o --output"),
 ) -> Answer:
     """Export SOURCE: a study's folder, a controller.json, a drive (name or file), or the JSON of `shaper`."""
     from cabledrive.export import export_to

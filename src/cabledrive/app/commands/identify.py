@@ -7,76 +7,58 @@ import click
 from cabledrive.app.combinations import Chooser, reading_options, refuse_given
 from cabledrive.app.failures import note
 from cabledrive.app.identify_answer import finding_lines, parameter_rows, pinged, split_answer
-from cabledrive.app.options import Subcommand, answering, option, saves_answer
+from cabledrive.app.options import Declared, argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive identify log.csv --method output-error",
-    short_help="Identify inertia and friction of an axis from logs.",
+@subcommand(
+    "cabledrive identify log.csv --method output-error",
+    (saves_answer,),
+    "Identify inertia and friction of an axis from logs.",
 )
-@answering
-@saves_answer
-@click.argument("logs", nargs=-1, required=True, metavar="LOG...")
-@option("--config", "path", "TOML file with [identify] and [log].")
-@option("--model", "NAME", "rigid-axis, rigid-axis-tanh, ..., two-inertia.")
-@option("--method", "NAME", "inverse-dynamics, output-error or prediction-error.")
-@option(
-    "--torque", "found|held|interpolated|before", "When a logged torque acts; default: found from the log."
-)
-@reading_options
-@option(
-    "--ping drive",
-    "DRIVE",
-    "Identify the tension of each span of DRIVE from the recording of a pluck, a log or a .wav file.",
-)
-@option(
-    "--span spans",
-    "NAME",
-    "Span that was plucked: upper, lower, or both in one recording; on a machine with routes its name, "
-    "one for each recording: two are compared.",
-    multiple=True,
-)
-@option(
-    "--plucked",
-    "upper|lower",
-    "Of --span both: which span was plucked harder, where the spans have the same modes.",
-)
-@option(
-    "--section", click.IntRange(0), "Section of the plucked span between guided carriages, counted from 0.", 0
-)
-@option(
-    "--tension tensions",
-    "N",
-    "Tell friction at wraps from friction at bearings: pretension of the cable in each log, in order.",
-    multiple=True,
-)
-@option("--report page", "page", "Write a page with the log's figures.")
-@option(
-    "--against other",
-    "path",
-    "Hold the identified axis against another log: simulated in open loop, followed by an observer, and "
-    "beside what that log gives by itself.",
-    metavar="LOG",
-)
-@option("--no-check", "flag", "Do not test the model against known faults.")
 def command(
-    logs: tuple[str, ...],
-    config: str | None,
-    model: str | None,
-    method: str | None,
-    torque: str | None,
-    choose: Chooser,
-    drive: str | None,
-    spans: tuple[str, ...],
-    plucked: str | None,
-    section: int,
-    tensions: tuple[float, ...],
-    page: NewFile | None,
-    other: str | None,
-    no_check: bool,
+    logs: tuple[str, ...] = argument("LOG...", nargs=-1, required=True),
+    config: str | None = opt("path", "TOML file with [identify] and [log]."),
+    model: str | None = opt("NAME", "rigid-axis, rigid-axis-tanh, ..., two-inertia."),
+    method: str | None = opt("NAME", "inverse-dynamics, output-error or prediction-error."),
+    torque: str | None = opt(
+        "found|held|interpolated|before", "When a logged torque acts; default: found from the log."
+    ),
+    choose: Chooser = Declared(lambda name: reading_options),
+    drive: str | None = opt(
+        "DRIVE",
+        "Identify the tension of each span of DRIVE from the recording of a pluck, a log or a .wav file.",
+        flags="--ping",
+    ),
+    spans: tuple[str, ...] = opt(
+        "NAME",
+        "Span that was plucked: upper, lower, or both in one recording; on a machine with routes its name, "
+        "one for each recording: two are compared.",
+        multiple=True,
+        flags="--span",
+    ),
+    plucked: str | None = opt(
+        "upper|lower", "Of --span both: which span was plucked harder, where the spans have the same modes."
+    ),
+    section: int = opt(
+        click.IntRange(0), "Section of the plucked span between guided carriages, counted from 0.", 0
+    ),
+    tensions: tuple[float, ...] = opt(
+        "N",
+        "Tell friction at wraps from friction at bearings: pretension of the cable in each log, in order.",
+        multiple=True,
+        flags="--tension",
+    ),
+    page: NewFile | None = opt("page", "Write a page with the log's figures.", flags="--report"),
+    other: str | None = opt(
+        "path",
+        "Hold the identified axis against another log: simulated in open loop, followed by an observer, and "
+        "beside what that log gives by itself.",
+        metavar="LOG",
+        flags="--against",
+    ),
+    no_check: bool = opt("flag", "Do not test the model against known faults."),
 ) -> Answer:
     """Identify inertia, viscous and Coulomb friction and offset of one axis from logs, with intervals.
 

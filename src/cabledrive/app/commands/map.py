@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import Subcommand, answering, force_option, machine_argument, option
+from cabledrive.app.options import force_option, machine_argument, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.parameters import Drive
@@ -23,53 +23,39 @@ METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
 WORKERS = 2
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive map corexy --vary head.x=60mm:360mm:3 --vary beam.y=50mm:330mm:3 -o map.nc",
-    short_help="Natural frequencies over the bed, the travel, or any figures of a drive.",
+@subcommand(
+    "cabledrive map corexy --vary head.x=60mm:360mm:3 --vary beam.y=50mm:330mm:3 -o map.nc",
+    (force_option, machine_argument),
+    "Natural frequencies over the bed, the travel, or any figures of a drive.",
 )
-@answering
-@force_option
-@machine_argument
-@option(
-    "--vary texts",
-    "KEY=FROM:TO[:N]",
-    "A key of the drive file, or a move such as head.x, with its range; repeatable. Keys joined "
-    "by a comma move together: car.y=5m:35m,counterweight.y=35m:5m.",
-    multiple=True,
-    required=True,
-)
-@option("--count", "count", "Modes of each kind; default: 6.", 6)
-@option(
-    "--motor",
-    click.Choice(CONDITIONS),
-    "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
-)
-@option("--hold", "NAME", "Hold a part as well; repeatable.", multiple=True)
-@option(
-    "--order orders",
-    "NAME=PART",
-    "Excitation that follows the speed: NAME=PULLEY (once a turn), NAME=PULLEY*N, NAME=KEY/LENGTH (rail "
-    "joints); needs --speed; default: those of [excitation].",
-    multiple=True,
-)
-@option("--speed", "KEY=FROM:TO", "A coordinate with the range of its speed: car.y=0.1m/s:1m/s.")
-@option("--margin", float, "Share of a frequency that is too near; default: 0.05.", 0.05)
-@option("-o --output", ".nc", "Write the map to FILE, NetCDF.")
-@option("--plot", "picture", "Draw the map into FILE.")
-@option("--page", "page", "Write an interactive page to FILE.")
 def command(
     drive: Drive | RoutedDrive,
-    texts: tuple[str, ...],
-    count: int,
-    motor: str | None,
-    hold: tuple[str, ...],
-    orders: tuple[str, ...],
-    speed: str | None,
-    margin: float,
-    output: NewFile | None,
-    plot: NewFile | None,
-    page: NewFile | None,
+    texts: tuple[str, ...] = opt(
+        "KEY=FROM:TO[:N]",
+        "A key of the drive file, or a move such as head.x, with its range; repeatable. Keys joined "
+        "by a comma move together: car.y=5m:35m,counterweight.y=35m:5m.",
+        multiple=True,
+        required=True,
+        flags="--vary",
+    ),
+    count: int = opt("count", "Modes of each kind; default: 6.", 6),
+    motor: str | None = opt(
+        click.Choice(CONDITIONS),
+        "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
+    ),
+    hold: tuple[str, ...] = opt("NAME", "Hold a part as well; repeatable.", multiple=True),
+    orders: tuple[str, ...] = opt(
+        "NAME=PART",
+        "Excitation that follows the speed: NAME=PULLEY (once a turn), NAME=PULLEY*N, NAME=KEY/LENGTH (rail "
+        "joints); needs --speed; default: those of [excitation].",
+        multiple=True,
+        flags="--order",
+    ),
+    speed: str | None = opt("KEY=FROM:TO", "A coordinate with the range of its speed: car.y=0.1m/s:1m/s."),
+    margin: float = opt(float, "Share of a frequency that is too near; default: 0.05.", 0.05),
+    output: NewFile | None = opt(".nc", "Write the map to FILE, NetCDF.", flags="-o --output"),
+    plot: NewFile | None = opt("picture", "Draw the map into FILE."),
+    page: NewFile | None = opt("page", "Write an interactive page to FILE."),
 ) -> Answer:
     """Natural frequencies of DRIVE over a grid of its figures, and speeds at which it would be excited."""
     from cabledrive.app.map_answer import map_answer, vary_of

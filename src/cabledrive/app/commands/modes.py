@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
+from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
@@ -17,42 +17,32 @@ from cabledrive.report.words import certificate_line, mode_table
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive modes elevator --below 20 --plot modes.svg",
-    short_help="List all natural modes of a drive, certified complete.",
+@subcommand(
+    "cabledrive modes elevator --below 20 --plot modes.svg",
+    (saves_answer, machine_argument),
+    "List all natural modes of a drive, certified complete.",
 )
-@answering
-@saves_answer
-@machine_argument
-@option("--below", "Hz", "Every mode below this frequency.")
-@option("--count", "count", "The first N frequencies of each kind instead; default: 10.")
-@option(
-    "--motor",
-    click.Choice(CONDITIONS),
-    "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
-)
-@option(
-    "--hold",
-    "NAME",
-    'Hold a part as well: "drive pulley", "load pulley", "carriage 0", or a name of the file.',
-    multiple=True,
-)
-@option(
-    "--at-torque",
-    "N m",
-    "Steady torque on the drive pulley, taken up at the load pulley; loads the spans unequally.",
-    0.0,
-)
-@option("--plot", "picture", "Draw frequencies and shapes into FILE, ending in .png, .svg or .pdf.")
 def command(
     drive: Drive | RoutedDrive,
-    below: float | None,
-    count: int | None,
-    motor: str | None,
-    hold: tuple[str, ...],
-    at_torque: float,
-    plot: NewFile | None,
+    below: float | None = opt("Hz", "Every mode below this frequency."),
+    count: int | None = opt("count", "The first N frequencies of each kind instead; default: 10."),
+    motor: str | None = opt(
+        click.Choice(CONDITIONS),
+        "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
+    ),
+    hold: tuple[str, ...] = opt(
+        "NAME",
+        'Hold a part as well: "drive pulley", "load pulley", "carriage 0", or a name of the file.',
+        multiple=True,
+    ),
+    at_torque: float = opt(
+        "N m",
+        "Steady torque on the drive pulley, taken up at the load pulley; loads the spans unequally.",
+        0.0,
+    ),
+    plot: NewFile | None = opt(
+        "picture", "Draw frequencies and shapes into FILE, ending in .png, .svg or .pdf."
+    ),
 ) -> Answer:
     """List all natural modes of DRIVE, both kinds, with a certificate of completeness."""
     found = modes(drive, below=below, count=count, motor=motor, hold=hold, at_torque=at_torque)

@@ -6,31 +6,28 @@ import click
 
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.failures import note
-from cabledrive.app.options import Subcommand, answering, force_option, option
+from cabledrive.app.options import argument, force_option, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives
 
 
-@click.command(cls=Subcommand, example="cabledrive report elevator ropeway -o report.html")
-@answering
-@force_option
-@click.argument("drives", nargs=-1, metavar="[DRIVE]...")
-@option(
-    "--goal goals",
-    "GOAL",
-    'Of a campaign: a limit such as "peak_error_deg < 0.05 deg"; repeatable.',
-    multiple=True,
-)
-@option(
-    "--link links",
-    click.Path(path_type=Path),
-    "Another page, such as that of a campaign, shown as a card; repeatable.",
-    multiple=True,
-    metavar="PAGE",
-)
-@option("-o --output", "page", "The HTML page, in one file.", required=True)
+@subcommand("cabledrive report elevator ropeway -o report.html", (force_option,))
 def command(
-    drives: tuple[str, ...], goals: tuple[str, ...], links: tuple[Path, ...], output: NewFile
+    drives: tuple[str, ...] = argument("[DRIVE]...", nargs=-1),
+    goals: tuple[str, ...] = opt(
+        "GOAL",
+        'Of a campaign: a limit such as "peak_error_deg < 0.05 deg"; repeatable.',
+        multiple=True,
+        flags="--goal",
+    ),
+    links: tuple[Path, ...] = opt(
+        click.Path(path_type=Path),
+        "Another page, such as that of a campaign, shown as a card; repeatable.",
+        multiple=True,
+        metavar="PAGE",
+        flags="--link",
+    ),
+    output: NewFile = opt("page", "The HTML page, in one file.", required=True, flags="-o --output"),
 ) -> Answer:
     """Write one self-contained page about each DRIVE; without one, about the packaged drives.
 

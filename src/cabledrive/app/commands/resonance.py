@@ -2,10 +2,8 @@
 
 from dataclasses import replace
 
-import click
-
 from cabledrive.app.combinations import refuse_given, tell_given
-from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
+from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque, motor_condition, released
 from cabledrive.parameters import Drive, NotComputed
@@ -17,53 +15,42 @@ SEED = 0
 ALONE = "belongs to --motion FILE: add that, or leave it out"
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive resonance dissertation-2 --torque 10mN*m --map map.html",
-    short_help="Distance of DRIVE from the 1:2 internal resonance, threshold torques and remedies.",
-)
-@answering
-@saves_answer
-@machine_argument
-@option("--torque", "N m", "Torque amplitude of the verdict; default: that of [excitation] in the file.")
-@option(
-    "--load-torque",
-    "N m",
-    "Steady torque on the load pulley: the spans are then tuned at different pretensions.",
-    0.0,
-)
-@option(
-    "--motion motion_file",
-    "path",
-    "Assess a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
-    "[N], carriage [m] (of the first; coupled ones follow), load torque [N m]; of a machine with routes also "
-    "torque NAME, of another motor's pulley, and places of bodies such as head.x [m].",
-)
-@option(
-    "--floor", "m", "Amplitude below which no transverse mode falls, for --motion; default: 10 um.", FLOOR
-)
-@option(
-    "--limit", "m", "Largest transverse displacement from rest allowed, for --motion; default: 0.5 mm.", LIMIT
-)
-@option(
-    "--branches with_branches",
-    "flag",
-    "Follow the branches of steady motion over the torque: stability, folds, where beats begin.",
-)
-@option(
-    "--map map_file",
-    "page",
-    "Draw growth over pretension and torque into FILE, an interactive page that needs nothing else.",
+@subcommand(
+    "cabledrive resonance dissertation-2 --torque 10mN*m --map map.html",
+    (saves_answer, machine_argument),
+    "Distance of DRIVE from the 1:2 internal resonance, threshold torques and remedies.",
 )
 def command(
     drive: Drive | RoutedDrive,
-    torque: float | None,
-    load_torque: float,
-    motion_file: str | None,
-    floor: float,
-    limit: float,
-    with_branches: bool,
-    map_file: NewFile | None,
+    torque: float | None = opt(
+        "N m", "Torque amplitude of the verdict; default: that of [excitation] in the file."
+    ),
+    load_torque: float = opt(
+        "N m", "Steady torque on the load pulley: the spans are then tuned at different pretensions.", 0.0
+    ),
+    motion_file: str | None = opt(
+        "path",
+        "Assess a planned motion: a CSV file with time [s], torque [N m] and, where they change, pretension "
+        "[N], carriage [m] (of the first; coupled ones follow), load torque [N m]; of a machine with routes "
+        "also torque NAME, of another motor's pulley, and places of bodies such as head.x [m].",
+        flags="--motion",
+    ),
+    floor: float = opt(
+        "m", "Amplitude below which no transverse mode falls, for --motion; default: 10 um.", FLOOR
+    ),
+    limit: float = opt(
+        "m", "Largest transverse displacement from rest allowed, for --motion; default: 0.5 mm.", LIMIT
+    ),
+    with_branches: bool = opt(
+        "flag",
+        "Follow the branches of steady motion over the torque: stability, folds, where beats begin.",
+        flags="--branches",
+    ),
+    map_file: NewFile | None = opt(
+        "page",
+        "Draw growth over pretension and torque into FILE, an interactive page that needs nothing else.",
+        flags="--map",
+    ),
 ) -> Answer:
     """Frequency ratio, tuned pretension, threshold torque and verdict for the internal resonance of DRIVE.
 

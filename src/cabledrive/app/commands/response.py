@@ -6,7 +6,7 @@ import click
 import numpy as np
 
 from cabledrive.app.combinations import Chooser, reading_options, refuse_given, refuse_not_of
-from cabledrive.app.options import Subcommand, answering, option, saves_answer
+from cabledrive.app.options import Declared, argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
 from cabledrive.parameters.arrays import Array, Complex
@@ -15,42 +15,28 @@ from cabledrive.parameters.route import RoutedDrive
 LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive response log.csv --input torque --response angle --differentiate --json",
-    short_help="Measure a frequency response from a log.",
+@subcommand(
+    "cabledrive response log.csv --input torque --response angle --differentiate --json",
+    (saves_answer,),
+    "Measure a frequency response from a log.",
 )
-@answering
-@saves_answer
-@click.argument("log", metavar="LOG")
-@option("--input input_", "COL", "Channel or column of the input.")
-@option("--response column", "COL", "Channel or column of the output.")
-@reading_options
-@option("--config", "path", "TOML file with [log].", of=LOG)
-@option("--segment", "s", "Length of the Hann windows.", 1.0, of=LOG)
-@option("--overlap", "s", "Overlap of neighbouring windows; default: 0.2 s, at most half a window.", of=LOG)
-@option("--estimator", click.Choice(["H1", "H2", "Hv"]), "", "H1", of=LOG)
-@option("--below", "Hz", "Of a drive file: highest line.", of=DRIVE)
-@option("--keep-all", "flag", "Keep all records, also those with a disturbance.", of=LOG)
-@option("--differentiate", "flag", "The speed of the output, an angle or position.", of=LOG_OR_DRIVE)
-@option("--coulomb", "N m", "Coulomb friction to take off the input first.", of=LOG)
-@option("--offset", "N m", "Offset to add to the input first.", 0.0, of=LOG)
-@option("--amplifier", "flag", "Fit gain and bandwidth, from a command [V] to a torque [N m].", of=LOG)
 def command(
-    log: str,
-    input_: str | None,
-    column: str | None,
-    choose: Chooser,
-    config: str | None,
-    segment: float,
-    overlap: float | None,
-    estimator: str,
-    below: float | None,
-    keep_all: bool,
-    differentiate: bool,
-    coulomb: float | None,
-    offset: float,
-    amplifier: bool,
+    log: str = argument("LOG"),
+    input_: str | None = opt("COL", "Channel or column of the input.", flags="--input"),
+    column: str | None = opt("COL", "Channel or column of the output.", flags="--response"),
+    choose: Chooser = Declared(lambda name: reading_options),
+    config: str | None = opt("path", "TOML file with [log].", of=LOG),
+    segment: float = opt("s", "Length of the Hann windows.", 1.0, of=LOG),
+    overlap: float | None = opt(
+        "s", "Overlap of neighbouring windows; default: 0.2 s, at most half a window.", of=LOG
+    ),
+    estimator: str = opt(click.Choice(["H1", "H2", "Hv"]), "", "H1", of=LOG),
+    below: float | None = opt("Hz", "Of a drive file: highest line.", of=DRIVE),
+    keep_all: bool = opt("flag", "Keep all records, also those with a disturbance.", of=LOG),
+    differentiate: bool = opt("flag", "The speed of the output, an angle or position.", of=LOG_OR_DRIVE),
+    coulomb: float | None = opt("N m", "Coulomb friction to take off the input first.", of=LOG),
+    offset: float = opt("N m", "Offset to add to the input first.", 0.0, of=LOG),
+    amplifier: bool = opt("flag", "Fit gain and bandwidth, from a command [V] to a torque [N m].", of=LOG),
 ) -> Answer:
     """Measure the response from one channel of LOG to another: magnitude, phase, coherence.
 

@@ -2,17 +2,13 @@
 
 import json
 
-import click
-
-from cabledrive.app.options import Subcommand, answering, saves_answer
+from cabledrive.app.options import saves_answer, subcommand
 from cabledrive.app.results import Answer
 from cabledrive.parameters import drive_schema
 from cabledrive.parameters.version import __version__
 
 
-@click.command(cls=Subcommand, example="cabledrive schema -o drive.schema.json")
-@answering
-@saves_answer
+@subcommand("cabledrive schema -o drive.schema.json", (saves_answer,))
 def command() -> Answer:
     """Print the JSON Schema of the drive file, for editors."""
     schema = {"$comment": f"cabledrive {__version__}"} | drive_schema()

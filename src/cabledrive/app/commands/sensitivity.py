@@ -5,23 +5,23 @@ from typing import Any
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, option
+from cabledrive.app.options import argument, opt, subcommand
 from cabledrive.app.results import Answer, provenance
 
 SOBOL = "Saltelli (first) and Jansen (total) estimators, percentile bootstrap over groups"
 MORRIS = "elementary effects of Morris' paths, percentile bootstrap over paths"
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive sensitivity campaign.zarr --output 'longitudinal_hz[0]'",
-    short_help="Sobol indices of a result of a sweep, or Morris' effects, with intervals.",
+@subcommand(
+    "cabledrive sensitivity campaign.zarr --output 'longitudinal_hz[0]'",
+    (),
+    "Sobol indices of a result of a sweep, or Morris' effects, with intervals.",
 )
-@answering
-@click.argument("store", metavar="STORE.zarr", type=click.Path())
-@option("--output", "NAME", 'Such as "longitudinal_hz[0]".', required=True)
-@option("--seed", "count", "Of the bootstrap.", 0)
-def command(store: str, output: str, seed: int) -> Answer:
+def command(
+    store: str = argument("STORE.zarr", type=click.Path()),
+    output: str = opt("NAME", 'Such as "longitudinal_hz[0]".', required=True),
+    seed: int = opt("count", "Of the bootstrap.", 0),
+) -> Answer:
     """Sobol indices of an output of STORE.zarr, first and total; of a design of kind morris, effects."""
     import numpy as np
 

@@ -2,7 +2,7 @@
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, option, saves_answer
+from cabledrive.app.options import option, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -12,13 +12,11 @@ METHOD = (
 )
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive shaper resonances_x.csv --plot shaper_x.svg",
-    short_help="Choose the input shaper of a printer's axis from its resonance test.",
+@subcommand(
+    "cabledrive shaper resonances_x.csv --plot shaper_x.svg",
+    (saves_answer,),
+    "Choose the input shaper of a printer's axis from its resonance test.",
 )
-@answering
-@saves_answer
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @option(
     "--axis",

@@ -6,7 +6,7 @@ import click
 
 from cabledrive.app.combinations import refuse_given, tell_given, was_given
 from cabledrive.app.failures import QUIET, note
-from cabledrive.app.options import Subcommand, answering, force_option, machine_argument, option
+from cabledrive.app.options import force_option, machine_argument, option, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.run_answer import fields_to_animate, method_of, plucks_of, run_text, undrawn
 from cabledrive.app.two_motor_answer import move_of
@@ -35,14 +35,12 @@ _OF_LOOPS = (
 _NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", "error_estimate", "resume")
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive simulate dissertation-2 --duration 1 --torque-amplitude 0.02 --torque-frequency 81.7 "
+@subcommand(
+    "cabledrive simulate dissertation-2 --duration 1 --torque-amplitude 0.02 --torque-frequency 81.7 "
     "--pluck-upper '1 mm' -o run.nc",
-    short_help="Integrate the nonlinear cable loop in time.",
+    (force_option,),
+    "Integrate the nonlinear cable loop in time.",
 )
-@answering
-@force_option
 @option("-o --output", ".nc", "Write everything to RUN.nc (NetCDF).", metavar="RUN.nc")
 @machine_argument
 @option("--duration", "s", "Length of the run.", required=True)

@@ -8,7 +8,7 @@ import click
 
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, code_hash, finished
-from cabledrive.app.options import Subcommand, answering, axis_or_machine, option
+from cabledrive.app.options import axis_or_machine, opt, subcommand
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import percent
@@ -22,34 +22,27 @@ QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
 SERVED = "no input has changed: results of the finished study"
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive study dissertation-3 --quick -o study",
-    short_help="From a drive file and logs to a controller with a verdict.",
+@subcommand(
+    "cabledrive study dissertation-3 --quick -o study",
+    (axis_or_machine,),
+    "From a drive file and logs to a controller with a verdict.",
 )
-@answering
-@axis_or_machine
-@option("--log logs", "path", "A measured log; repeatable.", multiple=True, metavar="LOG")
-@option("--goals", "path", "TOML file: error, motion, torque, load range, carriage, draws.")
-@option(
-    "--quick",
-    "flag",
-    "Fewer samples: 400 lumped plants or plants with a carriage, none on the distributed cable.",
-)
-@option("--all every_law", "flag", "Try every law, not six; see docs/study.")
-@option("--resume", "flag", "Resume an interrupted study (also without this option).")
-@option("--force", "flag", "Replace the report of another study.")
-@option("-o --output", "path", "Folder of report and results.", required=True, metavar="DIR")
 def command(
     drive: Drive | RoutedDrive,
     no_chain: str | None,
-    logs: tuple[str, ...],
-    goals: str | None,
-    quick: bool,
-    every_law: bool,
-    resume: bool,
-    force: bool,
-    output: str,
+    logs: tuple[str, ...] = opt(
+        "path", "A measured log; repeatable.", multiple=True, metavar="LOG", flags="--log"
+    ),
+    goals: str | None = opt("path", "TOML file: error, motion, torque, load range, carriage, draws."),
+    quick: bool = opt(
+        "flag", "Fewer samples: 400 lumped plants or plants with a carriage, none on the distributed cable."
+    ),
+    every_law: bool = opt("flag", "Try every law, not six; see docs/study.", flags="--all"),
+    resume: bool = opt("flag", "Resume an interrupted study (also without this option)."),
+    force: bool = opt("flag", "Replace the report of another study."),
+    output: str = opt(
+        "path", "Folder of report and results.", required=True, metavar="DIR", flags="-o --output"
+    ),
 ) -> Answer:
     """Study DRIVE: what logs identify, modes, resonance, a controller with its bound, a test on many plants.
 

@@ -2,9 +2,7 @@
 
 from typing import Any
 
-import click
-
-from cabledrive.app.options import Subcommand, answering, machine_argument, option, saves_answer
+from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
@@ -14,20 +12,23 @@ METHOD = "strings under their weight, ends moving with the building"
 NOTE = "Steady state across the plane of the machine; ropes touch nothing, the building's shape is straight"
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive sway lift-2-to-1 --building 0.2Hz --amplitude 50mm --vary car.y=2m:38m",
-    short_help="How far the ropes of DRIVE move across in a building that sways.",
+@subcommand(
+    "cabledrive sway lift-2-to-1 --building 0.2Hz --amplitude 50mm --vary car.y=2m:38m",
+    (saves_answer, machine_argument),
+    "How far the ropes of DRIVE move across in a building that sways.",
 )
-@answering
-@saves_answer
-@machine_argument
-@option("--building", "Hz", "Frequency at which the building sways.", required=True)
-@option("--amplitude", "m", "Its horizontal amplitude at the highest part of the machine.", required=True)
-@option(
-    "--vary text", "KEY=FROM:TO[:N]", "Places of a body, such as car.y=2m:38m; default: the pose of the file."
-)
-def command(drive: Drive | RoutedDrive, building: float, amplitude: float, text: str | None) -> Answer:
+def command(
+    drive: Drive | RoutedDrive,
+    building: float = opt("Hz", "Frequency at which the building sways.", required=True),
+    amplitude: float = opt(
+        "m", "Its horizontal amplitude at the highest part of the machine.", required=True
+    ),
+    text: str | None = opt(
+        "KEY=FROM:TO[:N]",
+        "Places of a body, such as car.y=2m:38m; default: the pose of the file.",
+        flags="--vary",
+    ),
+) -> Answer:
     """First frequency and amplitude of every rope of DRIVE in a building that sways, over places."""
     from cabledrive.app.map_answer import vary_of
     from cabledrive.report.typesetting import quantity

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from cabledrive.app.failures import QUIET
-from cabledrive.app.options import Subcommand, answering, force_option, option
+from cabledrive.app.options import argument, force_option, opt, subcommand
 from cabledrive.app.results import FORCE, Answer, provenance
 from cabledrive.parameters import InputRefused
 
@@ -29,26 +29,20 @@ class Part(click.ParamType):  # type: ignore[type-arg]
         return int(found[1]), int(found[2])
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive sweep campaign.toml -o campaign.zarr --workers 2",
-    short_help="Compute many variants of a drive into one labelled store.",
+@subcommand(
+    "cabledrive sweep campaign.toml -o campaign.zarr --workers 2",
+    (force_option,),
+    "Compute many variants of a drive into one labelled store.",
 )
-@answering
-@force_option
-@click.argument("spec", metavar="SPEC.toml", type=click.Path())
-@option("-o --output", "path", "Store, made or resumed.", required=True, metavar="STORE.zarr")
-@option("--workers", "count", "Processes on this machine; default: its cores.")
-@option("--scheduler", "URL", "A running scheduler instead, such as tls://host:8786.")
-@option("--part", Part(), "Part i of N of an array job, in one process.", metavar="i/N")
-@option("--yes", "flag", "More than 10^7 rows or 100 GB are meant.")
 def command(
-    spec: str,
-    output: str,
-    workers: int | None,
-    scheduler: str | None,
-    part: tuple[int, int] | None,
-    yes: bool,
+    spec: str = argument("SPEC.toml", type=click.Path()),
+    output: str = opt(
+        "path", "Store, made or resumed.", required=True, metavar="STORE.zarr", flags="-o --output"
+    ),
+    workers: int | None = opt("count", "Processes on this machine; default: its cores."),
+    scheduler: str | None = opt("URL", "A running scheduler instead, such as tls://host:8786."),
+    part: tuple[int, int] | None = opt(Part(), "Part i of N of an array job, in one process.", metavar="i/N"),
+    yes: bool = opt("flag", "More than 10^7 rows or 100 GB are meant."),
 ) -> Answer:
     """Compute the campaign of SPEC.toml into STORE.zarr; the same command again goes on where it was left.
 

@@ -2,23 +2,24 @@
 
 import click
 
-from cabledrive.app.options import Subcommand, answering, option, saves_answer
+from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, known, provenance
 
 METHOD = "share of the rows; conditional yield in twenty parts along each key; Clopper-Pearson, 95 %"
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive tolerance campaign.zarr --goal 'longitudinal_hz[0] > 5.5 Hz' --target 0.95",
-    short_help="Yield of a sweep against goals; which key must be tighter, by how much.",
+@subcommand(
+    "cabledrive tolerance campaign.zarr --goal 'longitudinal_hz[0] > 5.5 Hz' --target 0.95",
+    (saves_answer,),
+    "Yield of a sweep against goals; which key must be tighter, by how much.",
 )
-@answering
-@saves_answer
-@click.argument("store", metavar="STORE.zarr", type=click.Path())
-@option("--goal goals", "GOAL", 'Such as "peak_error_deg < 0.05 deg"; repeatable.', multiple=True)
-@option("--target", float, "Yield that is wanted.", 0.99, metavar="SHARE")
-def command(store: str, goals: tuple[str, ...], target: float) -> Answer:
+def command(
+    store: str = argument("STORE.zarr", type=click.Path()),
+    goals: tuple[str, ...] = opt(
+        "GOAL", 'Such as "peak_error_deg < 0.05 deg"; repeatable.', multiple=True, flags="--goal"
+    ),
+    target: float = opt(float, "Yield that is wanted.", 0.99, metavar="SHARE"),
+) -> Answer:
     """Yield of the rows of STORE.zarr against every --goal, and the intervals of keys that would raise it."""
     from cabledrive.campaign.results import tolerance
 

@@ -6,8 +6,6 @@ import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import (
-    Subcommand,
-    answering,
     axis_or_winches,
     complete_controller,
     listed_laws,
@@ -15,6 +13,7 @@ from cabledrive.app.options import (
     payload_options,
     pulse_options,
     saves_answer,
+    subcommand,
 )
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.track_text import track_text
@@ -30,15 +29,12 @@ OF_THE_RUN = ("controller", "bandwidth", "gains", "feedforward", "plant", "seed"
 METHOD = "inertias and links in steps of second order between samples, friction set-valued"
 
 
-@click.command(
-    cls=Subcommand,
-    example="cabledrive track dissertation-3 --controller darc-4 --seed 7",
-    short_help="Follow pulses with a control law on the virtual rig.",
+@subcommand(
+    "cabledrive track dissertation-3 --controller darc-4 --seed 7",
+    (saves_answer, axis_or_winches),
+    "Follow pulses with a control law on the virtual rig.",
     names=lambda: {"Control laws": listed_laws()},
 )
-@answering
-@saves_answer
-@axis_or_winches
 @option(
     "--controller",
     "NAME|FILE",
