@@ -10,7 +10,7 @@ import click
 import pytest
 
 from cabledrive.app.failures import status_of, watched_output
-from cabledrive.app.options import answering, drive_argument
+from cabledrive.app.options import answering, machine_argument
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import NotComputed
 from command import call, listening, object_of, run, the_line
@@ -73,7 +73,7 @@ def test_file_trouble_that_is_not_standard_output_comes_through():
 
 @click.command()
 @answering
-@drive_argument
+@machine_argument
 def diverging(drive):
     """Finds nothing."""
     raise NotComputed("diverged at t = 3 s")
@@ -81,7 +81,7 @@ def diverging(drive):
 
 @click.command()
 @answering
-@drive_argument
+@machine_argument
 def incomplete(drive):
     """Finds a part."""
     found = {"first": 1.0}

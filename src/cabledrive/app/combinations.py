@@ -8,7 +8,7 @@ import click
 from click.core import ParameterSource
 
 from cabledrive.app.failures import note
-from cabledrive.app.options import OptionOf, option
+from cabledrive.app.options import Declared, OptionOf, option
 from cabledrive.parameters import InputRefused
 
 
@@ -49,6 +49,9 @@ Chooser = Callable[[Any], Any]
 """From the `ColumnMap` of a configuration to that of the command line."""
 
 
+EVERY_LOG = ("log", "axis", "ping", "split")
+
+
 def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command, which takes a `Chooser`, the options ``--column``, ``--skip-rows``, ``--resample``."""
 
@@ -56,17 +59,17 @@ def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
         "--column columns",
         "CHANNEL=COLUMN:UNIT",
         "Which column is a channel, as torque=tau:N mm; repeatable.",
-        of=("log",),
+        of=EVERY_LOG,
         multiple=True,
     )
     @option(
         "--skip-rows",
         click.IntRange(0),
         "Lines at the top of a text log to skip; default: metadata is recognised.",
-        of=("log",),
+        of=EVERY_LOG,
         metavar="N",
     )
-    @option("--resample", "flag", "Put uneven samples, or several topics, onto one even grid.", of=("log",))
+    @option("--resample", "flag", "Put uneven samples, or several topics, onto one even grid.", of=EVERY_LOG)
     @functools.wraps(function)
     def _reading(*, columns: tuple[str, ...], skip_rows: int | None, resample: bool, **options: Any) -> Any:
         def choose(base: Any) -> Any:
@@ -77,3 +80,7 @@ def reading_options(function: Callable[..., Any]) -> Callable[..., Any]:
         return function(choose=choose, **options)
 
     return _reading
+
+
+HOW_READ: Any = Declared(lambda name: reading_options)
+"""The default of the parameter that takes the `Chooser`."""

@@ -3,10 +3,8 @@
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from cabledrive.app.resonance_answer import indented
-from cabledrive.app.results import Absent, Answer, figures, provenance, row
+from cabledrive.app.results import Absent, Answer, Keys, known, provenance
 from cabledrive.mechanics.holding import FREE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
@@ -16,7 +14,15 @@ from cabledrive.report.machine.data import figures_table
 from cabledrive.report.machine.tables import margins_tables, pairs_table
 from cabledrive.report.typesetting import quantity
 from cabledrive.studies.alarm import AlarmResult, route_alarm
-from cabledrive.studies.motion_margins import TEETH, MotionMargins, PulleyMargin, motion_margins
+from cabledrive.studies.motion_margins import (
+    FRICTION,
+    TEETH,
+    MotionMargins,
+    MotorMargin,
+    PulleyMargin,
+    SpanMargin,
+    motion_margins,
+)
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION
@@ -27,17 +33,13 @@ PLANE_WORDS = {"w": "in plane", "v": "out of plane"}
 EXCITATION_WORDS = {"direct": "excited directly through sag", "parametric": "excited parametrically"}
 
 
-def alarm_data(judged: AlarmResult) -> dict[str, Any]:
-    """The verdict on a motion as JSON gives it. Returns SI."""
-    found = row(
-        judged,
-        "verdict limit floor largest_transverse estimate_with_changes=changed reasons assumptions remedy "
-        "slack lowest_tension modes",
-    )
-    for name in ("largest_transverse", "estimate_with_changes", "lowest_tension"):
-        if found[name] is None or not np.isfinite(found[name]):
-            found[name] = Absent(reason="the motion diverges")
-    return found
+DIVERGES = "the motion diverges"
+ALARM = Keys(
+    AlarmResult,
+    "verdict limit floor largest_transverse estimate_with_changes=changed reasons assumptions remedy slack "
+    "lowest_tension modes",
+    dict.fromkeys(("largest_transverse", "estimate_with_changes", "lowest_tension"), DIVERGES),
+)
 
 
 def alarm_text(judged: AlarmResult) -> str:
@@ -61,9 +63,18 @@ def alarm_text(judged: AlarmResult) -> str:
 METHOD = "exact modes of the network, coupling by exact integrals, first-order instability"
 LISTED = 12
 MOST_PASSAGES, LISTED_PASSAGES = 50, 5
-PASSAGE = (
-    "kind span plane longitudinal_hz transverse_hz detuning_hz passes amplitude_over_threshold=amplitude time"
+PASSAGE = Keys(
+    Passage,
+    "kind span plane longitudinal_hz transverse_hz detuning_hz passes time "
+    "amplitude_over_threshold=amplitude",
 )
+ROUTE_PAIR = Keys(
+    RoutePair,
+    "kind longitudinal_hz family span plane detuning_hz threshold_strain=threshold_amplitude "
+    "threshold_torque transverse_hz=transverse_hz.0",
+    {"threshold_torque": ".reason"},
+)
+ROUTE = Keys(RouteResonance, "* nearest_span detuning verdict reasons motor certified warnings=left_out")
 
 
 def route_resonance_answer(
@@ -79,25 +90,19 @@ def route_resonance_answer(
         if found.verdict == NO_EXCITATION:
             of_motion = f"of the planned motion: {judged.reasons[0]}"
             found = replace(found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion,))
-    data = figures(found) | row(
-        found, "nearest_span detuning verdict reasons motor certified warnings=left_out"
-    )
+    data = ROUTE(found)
     data["tuned_pretension"] = Absent(reason="on a machine with routes the tensions follow from statics")
-    data["pairs"] = [_row(pair) for pair in found.pairs]
+    data["pairs"] = [
+        ROUTE_PAIR(pair) | ({"second_transverse_hz": pair.transverse_hz[1]} if pair.kind == SUM else {})
+        for pair in found.pairs
+    ]
     text = _text(drive, found)
     if judged is not None:
-        near = [row(one, PASSAGE) for one in judged.passages[:MOST_PASSAGES]]
-        data["motion"] = alarm_data(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
+        near = [PASSAGE(one) for one in judged.passages[:MOST_PASSAGES]]
+        data["motion"] = ALARM(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
         passages = (_passage_line(one) for one in judged.passages[:LISTED_PASSAGES])
         text = "\n".join([text, "", alarm_text(judged), *passages])
     return Answer(data=data, text=text, provenance=provenance(drive, method=METHOD))
-
-
-def _row(pair: RoutePair) -> dict[str, Any]:
-    names = "kind longitudinal_hz family span plane detuning_hz threshold_strain=threshold_amplitude"
-    found = row(pair, f"{names} threshold_torque", threshold_torque=pair.reason)
-    first, second = pair.transverse_hz
-    return found | {"transverse_hz": first} | ({"second_transverse_hz": second} if pair.kind == SUM else {})
 
 
 def _text(drive: RoutedDrive, found: RouteResonance) -> str:
@@ -147,43 +152,42 @@ def with_margins(answer: Answer, drive: Drive | RoutedDrive, file: str) -> Answe
 
 
 NO_STRENGTH, NO_LIMIT = "no strength [N] in the file", "no limit in the file"
+SPAN = Keys(
+    SpanMargin,
+    "name route tension_at_rest=rest tension_without_vibration=even lowest_at highest_at slack safety_factor "
+    "verdict lowest_tension=tension.0 highest_tension=tension.1",
+    {"safety_factor": NO_STRENGTH},
+)
+MOTOR = Keys(
+    MotorMargin,
+    "pulley=name peak_torque rms_torque holding_torque torque_limit peak_speed speed_limit verdict",
+    {"torque_limit": NO_LIMIT, "speed_limit": NO_LIMIT},
+)
+MARGINS = Keys(
+    MotionMargins,
+    "verdict reasons assumptions overshoot poses step spans motors",
+    {"overshoot": "no tension changes"},
+    {"spans": SPAN, "motors": MOTOR},
+)
+HELD = {FRICTION: "capstan_friction", TEETH: "teeth_in_mesh allowed_tension=allowed"}
+PULLEYS = {
+    by: Keys(
+        PulleyMargin,
+        f"name route by wrap needed_friction effective_tension margin time verdict {held}",
+        {
+            "needed_friction": "a tension is gone",
+            "margin": NO_LIMIT,
+            "allowed_tension": NO_STRENGTH,
+            "capstan_friction": "no capstan_friction in the file",
+        },
+    )
+    for by, held in HELD.items()
+}
 
 
 def _data(found: MotionMargins) -> dict[str, Any]:
-    return {
-        **row(found, "verdict reasons assumptions overshoot poses step", overshoot="no tension changes"),
-        "torque_from": "places" if found.given else "file",
-        "spans": [
-            row(
-                own,
-                "name route tension_at_rest=rest tension_without_vibration=even lowest_at highest_at slack "
-                "safety_factor verdict",
-                safety_factor=NO_STRENGTH,
-            )
-            | {"lowest_tension": own.tension[0], "highest_tension": own.tension[1]}
-            for own in found.spans
-        ],
-        "pulleys": [_pulley(own) for own in found.pulleys],
-        "motors": [
-            row(
-                own,
-                "pulley=name peak_torque rms_torque holding_torque torque_limit peak_speed speed_limit "
-                "verdict",
-                torque_limit=NO_LIMIT,
-                speed_limit=NO_LIMIT,
-            )
-            for own in found.motors
-        ],
-    }
-
-
-def _pulley(own: PulleyMargin) -> dict[str, Any]:
-    held = "teeth_in_mesh allowed_tension=allowed" if own.by == TEETH else "capstan_friction"
-    return row(
-        own,
-        f"name route by wrap needed_friction effective_tension margin time verdict {held}",
-        needed_friction="a tension is gone",
-        margin="nothing to transmit" if own.effective_tension == 0.0 else NO_LIMIT,
-        allowed_tension=NO_STRENGTH,
-        capstan_friction="no capstan_friction in the file",
-    )
+    pulleys = [PULLEYS[own.by](own) for own in found.pulleys]
+    for own, made in zip(found.pulleys, pulleys, strict=True):
+        if own.effective_tension == 0.0:
+            made["margin"] = known(own.margin, "nothing to transmit")
+    return MARGINS(found) | {"torque_from": "places" if found.given else "file", "pulleys": pulleys}

@@ -27,7 +27,7 @@ from cabledrive.app.results import (
 )
 from cabledrive.mechanics.compile_time import LISTENERS
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
-from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.terminal import on_a_terminal
 from cabledrive.parameters.units import to_si
 
@@ -40,15 +40,9 @@ def complete_drive(ctx: click.Context, param: click.Parameter, incomplete: str) 
 
 def complete_controller(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Names of control laws, for the shell. ``incomplete``: what has been typed."""
-    names = sorted((*control_laws(), "best"))
-    return [CompletionItem(name) for name in names if name.startswith(incomplete)]
-
-
-def control_laws() -> tuple[str, ...]:
-    """Names of the control laws."""
     from cabledrive.rig.laws.registry import CONTROLLERS
 
-    return tuple(CONTROLLERS)
+    return [CompletionItem(name) for name in sorted((*CONTROLLERS, "best")) if name.startswith(incomplete)]
 
 
 def listed_laws() -> tuple[str, ...]:
@@ -174,20 +168,8 @@ def option(names: str, kind: Any, words: str, default: Any = None, **more: Any) 
     return click.option(*names.split(), **(found | {"help": words} | more))
 
 
-def drive_argument(function: Function) -> Function:
-    """Give a command the argument DRIVE and the option ``--set``; it is called with the drive itself.
-
-    ``function``: takes ``drive``, of kind "loop" or "line".
-    """
-    return _with_argument(function, routes=False)
-
-
 def machine_argument(function: Function) -> Function:
-    """As `drive_argument`, for a command that takes machines with routes as well."""
-    return _with_argument(function, routes=True)
-
-
-def _with_argument(function: Function, *, routes: bool) -> Function:
+    """Give a command the argument DRIVE and the option ``--set``; it is called with the drive itself."""
 
     @click.argument("drive", metavar="DRIVE", shell_complete=complete_drive)
     @option(
@@ -198,71 +180,41 @@ def _with_argument(function: Function, *, routes: bool) -> Function:
     )
     @functools.wraps(function)
     def _with_drive(*, drive: str, settings: tuple[str, ...], **options: Any) -> Any:
-        loaded = load_drive(drive, overrides=settings)
-        context = click.get_current_context()
-        if isinstance(loaded, RoutedDrive) and not routes:
-            try:
-                refuse_route(f"`{context.info_name}`")
-            except InputRefused as refusal:
-                raise refusal.at(drive) from None
-        context.meta[_ABOUT] = loaded
+        click.get_current_context().meta[_ABOUT] = loaded = load_drive(drive, overrides=settings)
         return function(drive=loaded, **options)
 
     return _with_drive
 
 
-_axis_option = option(
-    "--axis",
-    "NAME",
-    "Axis of a machine with routes: its load, such as head.x of corexy; default: the first that has a chain.",
-)
+def axis_argument(function: Function, *, winches: bool = False, chainless: bool = False) -> Function:
+    """As `machine_argument`, with ``--axis``: a machine with routes becomes the drive of its axis.
 
-
-def axis_argument(function: Function) -> Function:
-    """As `machine_argument`, with ``--axis``: a machine with routes becomes the drive of its axis."""
-    return _with_axis_argument(function, winches=False)
-
-
-def axis_or_machine(function: Function) -> Function:
-    """As `axis_argument`; a machine without a chain stays what it is, with the reason as ``no_chain``."""
+    ``winches``: a body between two winches stays the machine that it is; ``chainless``: so does a machine
+    without a chain, with the reason as ``no_chain``.
+    """
 
     @machine_argument
-    @_axis_option
+    @option(
+        "--axis",
+        "NAME",
+        "Axis of a machine with routes: its load, such as head.x of corexy; default: the first that has a "
+        "chain.",
+    )
     @functools.wraps(function)
     def _with_axis(*, drive: Drive | RoutedDrive, axis: str | None, **options: Any) -> Any:
         no_chain = None
         if isinstance(drive, RoutedDrive) or axis is not None:
             from cabledrive.reduction.network_axis import NoChain, as_axis
-
-            try:
-                drive = as_axis(drive, axis)
-                click.get_current_context().meta[_ABOUT] = drive
-            except NoChain as refusal:
-                no_chain = str(refusal)
-        return function(drive=drive, no_chain=no_chain, **options)
-
-    return _with_axis
-
-
-def axis_or_winches(function: Function) -> Function:
-    """As `axis_argument`; a body between two winches stays the machine that it is."""
-    return _with_axis_argument(function, winches=True)
-
-
-def _with_axis_argument(function: Function, *, winches: bool) -> Function:
-
-    @machine_argument
-    @_axis_option
-    @functools.wraps(function)
-    def _with_axis(*, drive: Drive | RoutedDrive, axis: str | None, **options: Any) -> Any:
-        if isinstance(drive, RoutedDrive) or axis is not None:
-            from cabledrive.reduction.network_axis import as_axis
             from cabledrive.reduction.two_motors import is_winched
 
-            if not (winches and axis is None and is_winched(drive)):
-                drive = as_axis(drive, axis)
-                click.get_current_context().meta[_ABOUT] = drive
-        return function(drive=drive, **options)
+            try:
+                if not (winches and axis is None and is_winched(drive)):
+                    click.get_current_context().meta[_ABOUT] = drive = as_axis(drive, axis)
+            except NoChain as refusal:
+                if not chainless:
+                    raise
+                no_chain = str(refusal)
+        return function(drive=drive, **options, **({"no_chain": no_chain} if chainless else {}))
 
     return _with_axis
 

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.app.results import Absent, figures, known, row
+from cabledrive.app.results import Keys, known
 from cabledrive.mechanics.datasheet import largest_pretension, warnings_of_rest
+from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
@@ -14,27 +15,47 @@ from cabledrive.report.blocks import table_text
 from cabledrive.report.machine.data import figures_table
 from cabledrive.report.machine.tables import own_pair, pairs_table
 from cabledrive.report.typesetting import quantity
-from cabledrive.studies.pair_thresholds import SUM
+from cabledrive.studies.pair_thresholds import SUM, CoupledPair
 from cabledrive.studies.resonance import Remedy, ResonanceSummary, sensitivity
+from cabledrive.studies.resonance_detuning import InstabilityMargin
 from cabledrive.studies.resonance_map import SteadyBranch
 
 LISTED = 6
+UNDAMPED = "the pulley mode is undamped: no detuning is enough"
+REGION = Keys(InstabilityMargin, "growth_rate=growth pulley_amplitude=amplitude slack")
+PAIR = Keys(
+    CoupledPair,
+    "kind longitudinal_hz span section detuning_hz threshold_torque number=numbers.0 "
+    "transverse_hz=transverse_hz.0",
+    {"threshold_torque": ".reason"},
+)
+SECOND = Keys(CoupledPair, "second_number=numbers.1 second_transverse_hz=transverse_hz.1")
+OWN = Keys(
+    Pair,
+    "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension",
+    {"tuned_pretension": ".reason"},
+)
+REMEDY = Keys(Remedy, "change value text")
+SUMMARY = Keys(ResonanceSummary, "* verdict reasons")
+BRANCH = Keys(
+    SteadyBranch,
+    "spans onset folds hopf_points ended torque pulley growth upper=amplitude.0 lower=amplitude.1",
+    {"onset": "the branch is not connected to the state of rest"},
+)
 
 
 def resonance_data(
     drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...], load_torque: float = 0.0
 ) -> dict[str, Any]:
     """The summary as JSON gives it, SI, Hz where the key says so; under a torque on the load [N m]."""
-    instability = found.instability
-    data = figures(found, found.missing) | {"verdict": found.verdict, "reasons": found.reasons}
-    if instability is not None:
-        data["instability_region"] = {
-            "detuning_hz": instability.distance / (2 * np.pi),
-            "half_width_hz": instability.half_width / (2 * np.pi),
-            "growth_rate": instability.growth,
-            "pulley_amplitude": instability.amplitude,
-            "slack": instability.slack,
-            "required_detuning_hz": _required(drive, found, load_torque),
+    data = SUMMARY(found)
+    if found.instability is not None:
+        model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
+        required = required_detuning(model, found.torque) / (2 * np.pi)
+        data["instability_region"] = REGION(found.instability) | {
+            "detuning_hz": found.instability.distance / (2 * np.pi),
+            "half_width_hz": found.instability.half_width / (2 * np.pi),
+            "required_detuning_hz": known(required if np.isfinite(required) else None, UNDAMPED),
         }
         data["sensitivity"] = sensitivity(drive, found.torque, load_torque)
     if found.split:
@@ -42,44 +63,13 @@ def resonance_data(
         data["tuned_pretension_under_load"] = {
             span: known(value, "no pretension in reach tunes it") for span, value in found.split.items()
         }
-    data["pairs"] = _pairs_data(found)
-    data["warnings"] = list(warnings_of_rest(drive))
-    data["remedies"] = [row(change, "change value text") for change in changes]
-    return data
+    data["pairs"] = [_pair(pair, own_pair(found.pairs, pair)) for pair in found.coupled]
+    return data | {"warnings": warnings_of_rest(drive), "remedies": [REMEDY(change) for change in changes]}
 
 
-def _pairs_data(found: ResonanceSummary) -> list[dict[str, Any]]:
-    """Every pair with its threshold; of the pulley mode's 1:2 pairs also ratio and tuned pretension."""
-    rows = []
-    for pair in found.coupled:
-        first, second = pair.transverse_hz
-        names = "kind longitudinal_hz span section detuning_hz threshold_torque"
-        made = row(pair, names, threshold_torque=pair.reason)
-        made |= {"number": pair.numbers[0], "transverse_hz": first}
-        if pair.kind == SUM:
-            made |= {"second_number": pair.numbers[1], "second_transverse_hz": second}
-        own = own_pair(found.pairs, pair)
-        if own is not None:
-            names = "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension"
-            made |= row(own, names, tuned_pretension=own.reason)
-        rows.append(made)
-    return rows
-
-
-def _required(drive: Drive, found: ResonanceSummary, load_torque: float) -> Any:
-    model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-    value = required_detuning(model, found.torque) / (2 * np.pi)
-    return (
-        value if np.isfinite(value) else Absent(reason="the pulley mode is undamped: no detuning is enough")
-    )
-
-
-def branch_data(branch: SteadyBranch) -> dict[str, Any]:
-    """A branch of steady motion as JSON gives it. Returns SI."""
-    names = "spans onset folds hopf_points ended torque pulley growth"
-    upper, lower = branch.amplitude
-    onset = "the branch is not connected to the state of rest"
-    return row(branch, names, onset=onset) | {"upper": upper, "lower": lower}
+def _pair(pair: CoupledPair, own: Pair | None) -> dict[str, Any]:
+    """A pair with its threshold; of the pulley mode's 1:2 pairs also ratio and tuned pretension."""
+    return PAIR(pair) | (SECOND(pair) if pair.kind == SUM else {}) | ({} if own is None else OWN(own))
 
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:

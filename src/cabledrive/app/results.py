@@ -3,8 +3,9 @@
 import dataclasses
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -33,28 +34,50 @@ def known(value: Any, why: str) -> Any:
     return Absent(reason=why) if value is None else value
 
 
-def row(own: Any, names: str, **whys: str) -> dict[str, Any]:
-    """Figures of a result by keys of JSON.
+@dataclass(frozen=True)
+class Keys:
+    """Keys of an object of JSON, declared once for a kind of result: they make the object and its schema.
 
-    ``names``: of its fields, apart by blanks, as "key=name" where the key is another; ``whys``: by key, why a
-    figure may be None.
+    ``names``: attributes, apart by blanks, as "key=name" where the key is another, "key=name.part" of a part
+    of one; with "?" behind it where it is left out when there is nothing; "*": the figures that the result
+    declares. ``whys``: by key, why a value may be None, or the attribute that says so behind a point;
+    ``parts``: by key, the keys of an object, or of each in a list.
     """
-    found = {}
-    for word in names.split():
-        key, _, name = word.partition("=")
-        value = getattr(own, name or key)
-        found[key] = known(value, whys[key]) if key in whys else value
-    return found
+
+    of: type
+    names: str
+    whys: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    parts: Mapping[str, "Keys"] = dataclasses.field(default_factory=dict)
+
+    def __call__(self, own: Any) -> dict[str, Any]:
+        """The object of a result."""
+        found, missing = {}, getattr(own, "missing", {})
+        for key, name, optional, why in self.each():
+            value = reduce(_part, name.split("."), own)
+            if optional and not value:
+                continue
+            if value is not None and (part := self.parts.get(key)):
+                value = part(value) if isinstance(value, part.of) else [part(one) for one in value]
+            why = missing.get(name, getattr(own, why[1:]) if why.startswith(".") else why)
+            lost = value is None or (isinstance(value, float) and not isfinite(value))
+            found[key] = Absent(reason=why) if lost and why else value
+        return found
+
+    def each(self) -> Iterator[tuple[str, str, bool, str]]:
+        """Key, attribute, whether it may be left out, why it may be None."""
+        for word in self.names.split():
+            if word == "*":
+                for field in dataclasses.fields(self.of):
+                    if field.metadata.get("under"):
+                        yield key_of(field), field.name, False, field.metadata["why"]
+                continue
+            key, _, name = word.rstrip("?").partition("=")
+            yield key, name or key, word.endswith("?"), self.whys.get(key, "")
 
 
-def figures(own: Any, missing: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """The figures that a result declares by their keys of JSON; ``missing``: why one is None, by field."""
-    declared = [field for field in dataclasses.fields(own) if field.metadata.get("under")]
-    whys = missing or {}
-    return {
-        key_of(field): known(getattr(own, field.name), whys.get(field.name, field.metadata["why"]))
-        for field in declared
-    }
+def _part(own: Any, name: str) -> Any:
+    """An attribute, or an item by its number."""
+    return own[int(name)] if name.isdigit() else getattr(own, name)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -2,36 +2,50 @@
 
 from typing import Any
 
-from cabledrive.app.results import Absent, known, row
-from cabledrive.identification.printer import Printer, PrinterShaper, similar_words
+from cabledrive.app.results import Absent, Keys
+from cabledrive.identification.printer import Belts, Printer, PrinterShaper, similar_words
 from cabledrive.identification.printer_spectrum import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.report.blocks import table_text
 from cabledrive.report.printer_page import peaks_table, shapers_table
 
-NO_NAME = "neither given by --axis nor in the name of a log"
-NO_DAMPING = "no peak has a damping ratio"
-NO_BAND = "it leaves more than 5 % at its own frequency"
+NO_DAMPING, NO_BAND = "no peak has a damping ratio", "it leaves more than 5 % at its own frequency"
+MEASURED = ("frequency_low_hz", "frequency_high_hz", "damping", "damping_low", "damping_high")
+PEAK = Keys(
+    SpectrumPeak,
+    "frequency_hz=frequency frequency_low_hz=frequency_low frequency_high_hz=frequency_high damping "
+    "damping_low damping_high height log=source",
+    dict.fromkeys(MEASURED, ".reason"),
+)
+FIT = Keys(
+    ShaperFit,
+    "type frequency_hz=frequency vibration smoothing max_acceleration score band_hz=band "
+    "times=shaper.times amplitudes=shaper.amplitudes",
+    {"band_hz": NO_BAND},
+)
+SHAPER = Keys(
+    PrinterShaper,
+    "axis spread_hz=spread shapers recommended_vibration_at_measured_damping=measured_vibration damping "
+    "corner_speed notes",
+    {
+        "axis": "neither given by --axis nor in the name of a log",
+        "spread_hz": "no peak",
+        "recommended_vibration_at_measured_damping": NO_DAMPING,
+    },
+    {"shapers": FIT},
+)
+BELTS = Keys(Belts, "similarity difference_hz=difference", {"difference_hz": "a belt has no peak"})
 
 
 def shaper_data(found: PrinterShaper) -> dict[str, Any]:
     """The JSON object: frequencies in Hz, smoothing in m, acceleration in m/s^2."""
     best, refused = found.recommended, found.refused
-    none = Absent(reason=refused or "")
-    return {
-        "axis": known(found.axis or None, NO_NAME),
-        "peaks": [_peak_data(found, peak) for peak in found.peaks],
-        "spread_hz": known(found.spread, "no peak"),
-        "shapers": [_fit_data(fit) for fit in found.shapers],
-        "recommended": best.type if refused is None else none,
-        "recommended_shaper": _fit_data(best) if refused is None else none,
-        "recommended_vibration_at_measured_damping": known(found.measured_vibration, NO_DAMPING),
-        "configuration": found.configuration if refused is None else none,
-        "damping": found.damping,
-        "corner_speed": found.corner_speed,
+    chosen = {"recommended": best.type, "recommended_shaper": FIT(best), "configuration": found.configuration}
+    return SHAPER(found) | {
+        "peaks": [PEAK(peak) | {"kept": found.kept(peak)} for peak in found.peaks],
+        **(chosen if refused is None else dict.fromkeys(chosen, Absent(reason=refused))),
         "logs": [spectrum.source for spectrum in found.spectra],
         "findings": [finding.as_dict() for finding in found.findings],
-        "notes": list(found.notes),
     }
 
 
@@ -39,11 +53,7 @@ def printer_data(found: Printer) -> dict[str, Any]:
     """The JSON object of a page: every axis as `shaper_data` has it, and the belts."""
     belts: Any = Absent(reason="no files of both belts")
     if found.belts is not None:
-        belts = {
-            "similarity": found.belts.similarity,
-            "difference_hz": known(found.belts.difference, "a belt has no peak"),
-            "logs": [found.belts.a.source, found.belts.b.source],
-        }
+        belts = BELTS(found.belts) | {"logs": [found.belts.a.source, found.belts.b.source]}
     return {"axes": [shaper_data(axis) for axis in found.axes], "belts": belts}
 
 
@@ -51,21 +61,6 @@ def printer_text(found: Printer) -> str:
     """The same for people."""
     parts = [shaper_text(axis) for axis in found.axes]
     return "\n\n".join(parts + ([] if found.belts is None else [similar_words(found.belts)]))
-
-
-def _peak_data(found: PrinterShaper, peak: SpectrumPeak) -> dict[str, Any]:
-    measured = (
-        "frequency_low_hz=frequency_low frequency_high_hz=frequency_high damping damping_low damping_high"
-    )
-    whys = dict.fromkeys((word.partition("=")[0] for word in measured.split()), peak.reason or "")
-    names = f"frequency_hz=frequency {measured} height log=source"
-    return row(peak, names, **whys) | {"kept": found.kept(peak)}
-
-
-def _fit_data(fit: ShaperFit) -> dict[str, Any]:
-    names = "type frequency_hz=frequency vibration smoothing max_acceleration score band_hz=band"
-    times = {"times": fit.shaper.times, "amplitudes": fit.shaper.amplitudes}
-    return row(fit, names, band_hz=NO_BAND) | times
 
 
 def shaper_text(found: PrinterShaper) -> str:

@@ -3,9 +3,9 @@
 import base64
 import json
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
-from itertools import pairwise
+from itertools import cycle, pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cabledrive.parameters.arrays import Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Series:
     """A curve of a plot."""
 
@@ -25,7 +25,7 @@ class Series:
     dashed: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Panel:
     """Curves over one axis."""
 
@@ -199,6 +199,8 @@ class Section:
     title: str
     anchor: str  # unique on the page
     blocks: tuple[Block, ...]
+    text: str = ""  # before the blocks
+    folded: bool = False  # opened by whoever wants it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -260,24 +262,20 @@ BINS = 250
 COLOURS = ("blue", "orange", "green", "purple", "ochre", "red", "ink")
 
 
+def in_turn(curves: Iterable[tuple[str, Array]]) -> tuple[Series, ...]:
+    """Curves by their names, each in the next colour."""
+    return tuple(Series(name, values, colour) for (name, values), colour in zip(curves, cycle(COLOURS)))
+
+
 def time_plot(name: str, time: Array, panels: Sequence[Panel], *, alt: str, caption: Text) -> Plot:
     """A plot over time of as few instants as keep every peak of every curve. ``time``, shape (p,) [s]."""
     curves = [series.values for panel in panels for series in panel.series]
     kept = instants(curves, time.size)
-    thin = [
-        Panel(
-            title=panel.title,
-            unit=panel.unit,
-            series=tuple(
-                Series(name=s.name, values=s.values[kept], colour=s.colour, dashed=s.dashed)
-                for s in panel.series
-            ),
-        )
+    thin = tuple(
+        replace(panel, series=tuple(replace(s, values=s.values[kept]) for s in panel.series))
         for panel in panels
-    ]
-    return Plot(
-        name=name, alt=alt, caption=caption, points=time[kept], along="time", unit="s", panels=tuple(thin)
     )
+    return Plot(name=name, alt=alt, caption=caption, points=time[kept], along="time", unit="s", panels=thin)
 
 
 def instants(curves: Sequence[Array], count: int, bins: int = BINS) -> NDArray[np.intp]:

@@ -145,21 +145,11 @@ def _regressors_plot(log: Log, torque: str, curves: tuple[Array, Array, Array]) 
     length = "m" if linear else "rad"
     rows = (("Acceleration", f"{length}/s^2"), ("Speed", f"{length}/s"), ("Friction regressor", "1"))
     panels = [
-        Panel(
-            title=title,
-            unit=unit,
-            series=(
-                Series(name="unfiltered", values=unfiltered[k], colour="quiet"),
-                Series(name="filtered", values=filtered[k]),
-            ),
-        )
+        Panel(title, unit, (Series("unfiltered", unfiltered[k], "quiet"), Series("filtered", filtered[k])))
         for k, (title, unit) in enumerate(rows)
     ]
-    pushed = (
-        Series(name="measured", values=measured, colour="quiet"),
-        Series(name="modelling error", values=error, colour="orange"),
-    )
-    panels.append(Panel(title="Force" if linear else "Torque", unit=log.units[torque], series=pushed))
+    pushed = Series("measured", measured, "quiet"), Series("modelling error", error, "orange")
+    panels.append(Panel("Force" if linear else "Torque", log.units[torque], pushed))
     return time_plot(
         "log-regressors",
         log.time,

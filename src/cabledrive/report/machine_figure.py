@@ -10,38 +10,29 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan, Point
 from cabledrive.report.figures.moving_machine import coordinates
 from cabledrive.report.figures.sheet import body_points, neighbours
-from cabledrive.report.picture import file_picture, label
+from cabledrive.report.picture import file_figure, file_picture, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _COLOURS = ("#1f5fa8", "#c8641b", "#2f7d4f", "#8a3f8f", "#8c6d1f", "#555555")
 _INK, _BODY = "#222222", "#dfe6ee"
-_WIDTH = 8.0  # inch
+SIZE = (8.0, 6.0)  # inch
 
 
 def machine_drawing(drive: Drive | RoutedDrive, form: str) -> bytes:
     """The drawing as the content of a file; ``form``, {"svg", "png", "pdf"}."""
-    return file_picture(lambda: machine_figure(drive), form)
+    machine = drive if isinstance(drive, RoutedDrive) else coordinates(drive)
+    return file_picture(file_figure(lambda figure: _draw(figure.add_subplot(), machine), SIZE), form)
 
 
-def machine_figure(drive: Drive | RoutedDrive) -> "Figure":
-    """Draw a machine to scale, each rope in its colour with an arrow along its path."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(_WIDTH, _WIDTH * 0.75), layout="constrained")
-    axes = figure.add_subplot()
-    _draw(axes, drive if isinstance(drive, RoutedDrive) else coordinates(drive))
+def _draw(axes: "Axes", drive: RoutedDrive) -> None:
+    """A machine to scale, each rope in its colour with an arrow along its path."""
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(drive.title or drive.name, wrap=True)
-    return figure
-
-
-def _draw(axes: "Axes", drive: RoutedDrive) -> None:
     for number, body in enumerate(drive.body):
         band = np.array(body_points(drive, number))
         axes.plot(*band.T, color=_BODY, linewidth=9, solid_capstyle="round", zorder=1)

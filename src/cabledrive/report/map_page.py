@@ -12,7 +12,6 @@ from markupsafe import Markup
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import (
-    COLOURS,
     Block,
     Chapter,
     Figure,
@@ -20,6 +19,7 @@ from cabledrive.report.blocks import (
     Panel,
     Plot,
     Series,
+    in_turn,
     instants,
     table,
 )
@@ -86,38 +86,19 @@ def _curves(found: "xr.Dataset") -> Plot:
     order = np.argsort(found[first].values)
     if second:
         size = found.sizes[second[0]]
+        at = [number(float(value), 4) for value in found[second[0]].values]
         picks = np.unique(np.linspace(0, size - 1, min(size, MOST_CURVES)).round().astype(int))
         panels = [
-            Panel(
-                title=name,
-                unit="Hz",
-                series=tuple(
-                    Series(
-                        name=f"{second[0]} = {number(float(found[second[0]].values[i]), 4)}",
-                        values=data.transpose(first, second[0]).values[order, i],
-                        colour=COLOURS[place % len(COLOURS)],
-                    )
-                    for place, i in enumerate(picks)
-                ),
-            )
+            Panel(name, "Hz", in_turn((f"{second[0]} = {at[i]}", values.T[i]) for i in picks))
             for name, data in fields_of(found)
+            for values in [data.transpose(first, second[0]).values[order]]
         ]
     else:
-        rest = {str(dim): 0 for dim in found["certified"].dims if dim != first}
+        modes, rest = found["mode"].values, {str(d): 0 for d in found["certified"].dims if d != first}
         panels = [
-            Panel(
-                title=kind,
-                unit="Hz",
-                series=tuple(
-                    Series(
-                        name=f"mode {mode}",
-                        values=found[f"{kind}_hz"].sel(mode=mode).isel(rest).values[order],
-                        colour=COLOURS[place % len(COLOURS)],
-                    )
-                    for place, mode in enumerate(found["mode"].values)
-                ),
-            )
+            Panel(kind, "Hz", in_turn((f"mode {m}", data.sel(mode=m).values[order]) for m in modes))
             for kind in ("longitudinal", "transverse")
+            for data in [found[f"{kind}_hz"].isel(rest)]
         ]
     return Plot(
         name="map-curves",
@@ -142,18 +123,12 @@ def _excited(found: Campbell) -> tuple[Block, ...]:
         drawing=drawn,
     )
     places, first = np.unique(found.places, return_index=True)
-    series = [
-        Series(
-            name=branch.name,
-            values=np.where(np.isfinite(branch.hertz[first]), branch.hertz[first], np.nan),
-            colour=COLOURS[place % len(COLOURS)],
-        )
-        for place, branch in enumerate(sorted(found.branches, key=lambda own: -own.weight)[:MOST_BRANCHES])
-    ]
-    series += [
-        Series(name=f"{name} at {found.high:.4g} {unit}", values=np.full(places.size, rate * found.high))
+    heaviest = sorted(found.branches, key=lambda own: -own.weight)[:MOST_BRANCHES]
+    hertz = ((own.name, own.hertz[first]) for own in heaviest)
+    orders = (
+        Series(f"{name} at {found.high:.4g} {unit}", np.full(places.size, rate * found.high))
         for name, rate in found.orders.items()
-    ]
+    )
     curves = Plot(
         name="campbell-places",
         alt=f"Modes that the orders can meet, over {found.key}.",
@@ -161,7 +136,7 @@ def _excited(found: Campbell) -> tuple[Block, ...]:
         points=places,
         along=found.key,
         unit="m" if found.key.endswith((".x", ".y")) else "",
-        panels=(Panel(title="modes and orders", unit="Hz", series=tuple(series)),),
+        panels=(Panel("modes and orders", "Hz", (*in_turn(hertz), *orders)),),
     )
     rows = tuple(
         (

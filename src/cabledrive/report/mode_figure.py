@@ -18,8 +18,8 @@ from cabledrive.report.picture import (
     QUIET,
     RED,
     TEXT,
+    file_figure,
     file_picture,
-    file_style,
 )
 from cabledrive.studies.excitation_orders import Branch, Campbell
 
@@ -39,16 +39,13 @@ def mode_figure(drive: Drive | RoutedDrive, found: Modes, *, most: int | None = 
 
     Shapes lie along the unrolled cable of a loop or line, and on a machine with routes.
     """
-    from matplotlib.figure import Figure
-
     routed = isinstance(drive, RoutedDrive)
     most = most or (MOST_PANELS if routed else MOST_ROWS)
     kinds = [mode_rows(found.longitudinal)[:most], mode_rows(found.transverse)[:most]]
     columns = [column for column in kinds if column]
     rows = max(len(column) for column in columns)
-    with file_style():
-        size = (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT[routed] * rows)
-        figure = Figure(figsize=size, layout="constrained")
+
+    def draw(figure: "Figure") -> None:
         figure.suptitle(drive.title or drive.name, fontsize=TEXT + 1)
         for number, column in enumerate(columns):
             for row, one in enumerate(column):
@@ -56,12 +53,13 @@ def mode_figure(drive: Drive | RoutedDrive, found: Modes, *, most: int | None = 
                 draw_mode(axes, drive, one.modes[0])
                 if not isinstance(drive, RoutedDrive) and row == len(column) - 1:
                     name_places(axes, drive)
-    return figure
+
+    return file_figure(draw, (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT[routed] * rows))
 
 
 def mode_picture(drive: Drive | RoutedDrive, found: Modes, form: str, *, most: int | None = None) -> bytes:
     """The picture of a machine's modes as "svg", "png" or "pdf", the same for the same modes."""
-    return file_picture(lambda: mode_figure(drive, found, most=most), form)
+    return file_picture(mode_figure(drive, found, most=most), form)
 
 
 LINES = (RED, GREEN, PURPLE, OCHRE)
@@ -70,15 +68,7 @@ MOST_NAMES = 8
 
 def campbell_drawing(found: Campbell, form: str) -> bytes:
     """The picture as the content of a file; ``form``, {"svg", "png", "pdf"}."""
-
-    def _drawn() -> "Figure":
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(8.4, 5.2), layout="constrained")
-        draw_campbell(figure, found)
-        return figure
-
-    return file_picture(_drawn, form)
+    return file_picture(file_figure(lambda figure: draw_campbell(figure, found), (8.4, 5.2)), form)
 
 
 def draw_campbell(figure: "Figure", found: Campbell) -> None:
@@ -138,17 +128,10 @@ MOST_FIELDS = 4
 
 def map_drawing(found: "xr.Dataset", form: str) -> bytes:
     """The drawing as the content of a file; ``form``, {"svg", "png", "pdf"}."""
-
-    def _drawn() -> "Figure":
-        from matplotlib.figure import Figure
-
-        columns = 1 if len(plane_of(found)) == 1 else min(len(fields_of(found)), 2)
-        rows = 1 if len(plane_of(found)) == 1 else -(-len(fields_of(found)) // columns)
-        figure = Figure(figsize=(_PANEL * columns + 1.6, _PANEL * rows), layout="constrained")
-        draw_map(figure, found, columns)
-        return figure
-
-    return file_picture(_drawn, form)
+    fields = 1 if len(plane_of(found)) == 1 else len(fields_of(found))
+    columns = min(fields, 2)
+    size = (_PANEL * columns + 1.6, _PANEL * -(-fields // columns))
+    return file_picture(file_figure(lambda figure: draw_map(figure, found, columns), size), form)
 
 
 def plane_of(found: "xr.Dataset") -> list[str]:

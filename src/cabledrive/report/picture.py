@@ -117,13 +117,13 @@ def text_width(words: str) -> float:
 
 
 @contextmanager
-def house_style() -> Iterator[None]:
-    """The look of the house for figures drawn inside the block."""
+def house_style(more: dict[Any, Any] | None = None) -> Iterator[None]:
+    """The look of the house, with more settings, for figures drawn inside the block."""
     import matplotlib
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(_RC)
+        matplotlib.rcParams.update(_RC | (more or {}))
         yield
 
 
@@ -136,22 +136,24 @@ _FILE_STYLE: dict[Any, Any] = {
 }
 
 
-def file_picture(draw: Callable[[], "Figure"], form: str) -> bytes:
-    """A figure as the content of a file, "svg", "png" or "pdf", the same for the same figure."""
+def file_picture(figure: "Figure", form: str) -> bytes:
+    """A figure of `file_figure` as the content of a file, "svg", "png" or "pdf", the same for the same."""
     undated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with file_style(), BytesIO() as file:
-        draw().savefig(file, format=form, dpi=150, metadata=undated.get(form))
+    with house_style(_FILE_STYLE), BytesIO() as file:
+        figure.savefig(file, format=form, dpi=150, metadata=undated.get(form))
         return file.getvalue()
 
 
-@contextmanager
-def file_style() -> Iterator[None]:
-    """The look of the house for a file of its own, drawn inside the block."""
-    import matplotlib
+def file_figure(
+    draw: Callable[["Figure"], None], size: tuple[float, float], layout: Any = "constrained"
+) -> "Figure":
+    """A figure for a file of its own, of a size [inch]; ``draw(figure)`` puts axes on it."""
+    from matplotlib.figure import Figure
 
-    with house_style():
-        matplotlib.rcParams.update(_FILE_STYLE)
-        yield
+    with house_style(_FILE_STYLE):
+        figure = Figure(figsize=size, layout=layout)
+        draw(figure)
+    return figure
 
 
 def label(
@@ -189,13 +191,11 @@ def picture(name: str, draw: Callable[["Figure"], None], *, height: float) -> Ma
 
     ``draw(figure)`` puts axes on an empty figure.
     """
-    import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
     size = (WIDE, height)
-    with house_style():
-        matplotlib.rcParams["svg.hashsalt"] = name
+    with house_style({"svg.hashsalt": name}):
         figure = Figure(figsize=(size[0] / 72, size[1] / 72), layout="constrained")
         FigureCanvasSVG(figure)
         draw(figure)

@@ -1,5 +1,6 @@
 """One page for a printer: shaper, spectrum and sweep of each axis, belt against belt, computed peaks."""
 
+from dataclasses import replace
 from datetime import datetime
 from typing import TYPE_CHECKING
 
@@ -21,8 +22,8 @@ from cabledrive.report.blocks import (
     Paragraph,
     Plot,
     RowGroup,
-    Series,
     Table,
+    in_turn,
     table,
 )
 from cabledrive.report.page import page_of
@@ -36,8 +37,8 @@ from cabledrive.report.picture import (
     PURPLE,
     QUIET,
     TEXT,
+    file_figure,
     file_picture,
-    file_style,
     label,
     picture,
 )
@@ -51,7 +52,6 @@ if TYPE_CHECKING:
 METHOD = (
     "types, remaining vibration and score as Klipper defines them; partial fractions of modes for damping"
 )
-COLOURS = ("blue", "orange", "green", "purple", "ochre", "red")
 COUNT = 4
 
 
@@ -132,19 +132,14 @@ def _within(peak: SpectrumPeak) -> str:
 def _spectra(axis: PrinterShaper, name: str) -> Plot:
     """Densities of all logs, and the amplitude that each shaper keeps, over one axis of frequency."""
     points = max((s.frequency for s in axis.spectra), key=len)
-    density = tuple(
-        Series(name=s.source, values=_on(points, s), colour=COLOURS[i % len(COLOURS)])
-        for i, s in enumerate(axis.spectra)
-    )
+    density = in_turn((s.source, _on(points, s)) for s in axis.spectra)
     fits = axis.shapers if axis.recommended in axis.shapers else (*axis.shapers, axis.recommended)
+    left = [residual_vibration(fit.shaper, np.maximum(points, 0.1), axis.damping) for fit in fits]
+    curves = in_turn(
+        (f"{fit.type} {fit.frequency:.1f} Hz", 100 * kept) for fit, kept in zip(fits, left, strict=True)
+    )
     kept = tuple(
-        Series(
-            name=f"{fit.type} {fit.frequency:.1f} Hz",
-            values=100.0 * residual_vibration(fit.shaper, np.maximum(points, 0.1), axis.damping),
-            colour=COLOURS[i % len(COLOURS)],
-            dashed=fit is not axis.recommended,
-        )
-        for i, fit in enumerate(fits)
+        replace(own, dashed=fit is not axis.recommended) for own, fit in zip(curves, fits, strict=True)
     )
     return Plot(
         name=f"spectrum-{name}",
@@ -154,8 +149,8 @@ def _spectra(axis: PrinterShaper, name: str) -> Plot:
         along="frequency",
         unit="Hz",
         panels=(
-            Panel(title="density over frequency", unit="1", series=density),
-            Panel(title="amplitude kept", unit="%", series=kept),
+            Panel("density over frequency", "1", density),
+            Panel("amplitude kept", "%", kept),
         ),
     )
 
@@ -212,6 +207,7 @@ def _sweep(name: str, spectrum: PrinterSpectrum, found: Printer) -> Block | None
 
 def _belts_chapter(belts: Belts) -> Chapter:
     points = belts.a.frequency
+    densities = {"belt A": belts.a.density, "belt B": _on(points, belts.b)}
     both = Plot(
         name="belts",
         alt="Densities of the acceleration with belt A and belt B excited, over frequency.",
@@ -219,16 +215,7 @@ def _belts_chapter(belts: Belts) -> Chapter:
         points=points,
         along="frequency",
         unit="Hz",
-        panels=(
-            Panel(
-                title="density over frequency",
-                unit="1",
-                series=(
-                    Series(name="belt A", values=belts.a.density, colour="blue"),
-                    Series(name="belt B", values=_on(points, belts.b), colour="orange"),
-                ),
-            ),
-        ),
+        panels=(Panel("density over frequency", "1", in_turn(densities.items())),),
     )
     rows = tuple(_belt_row(a, b) for a, b in _paired(belts.peaks_a, belts.peaks_b))
     peaks = table(
@@ -267,17 +254,15 @@ SIZE = (7.2, 5.6)  # inch
 POINTS = 800
 
 
-def shaper_figure(found: PrinterShaper) -> "Figure":
-    """Draw the densities of all logs above, the residual amplitude behind every shaper below.
+def shaper_picture(found: PrinterShaper, form: str) -> bytes:
+    """Densities of all logs above, the residual amplitude behind every shaper below, as "svg", "png", "pdf".
 
     Peaks are marked with their frequency and damping ratio; the band in which the recommended shaper leaves
     5 % of the amplitude at most is shaded.
     """
-    from matplotlib.figure import Figure
-
     best = found.recommended
-    with file_style():
-        figure = Figure(figsize=SIZE, layout="constrained")
+
+    def draw(figure: "Figure") -> None:
         above, below = figure.subplots(2, 1, sharex=True)
         axis = f"Axis {found.axis}: " if found.axis else ""
         figure.suptitle(f"{axis}{best.type} at {best.frequency:.1f} Hz", fontsize=TEXT + 1)
@@ -306,9 +291,5 @@ def shaper_figure(found: PrinterShaper) -> "Figure":
         below.set_ylabel("amplitude kept [%]")
         below.set_xlabel("frequency [Hz]")
         below.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, fontsize=8)
-    return figure
 
-
-def shaper_picture(found: PrinterShaper, form: str) -> bytes:
-    """The picture of `shaper_figure` as "svg", "png" or "pdf", the same for the same result."""
-    return file_picture(lambda: shaper_figure(found), form)
+    return file_picture(file_figure(draw, SIZE), form)

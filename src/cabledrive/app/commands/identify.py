@@ -4,12 +4,14 @@ from typing import Any
 
 import click
 
-from cabledrive.app.combinations import Chooser, reading_options, refuse_given
+from cabledrive.app.combinations import HOW_READ, Chooser, refuse_not_of
 from cabledrive.app.failures import note
 from cabledrive.app.identify_answer import finding_lines, parameter_rows, pinged, split_answer
-from cabledrive.app.options import Declared, argument, opt, saves_answer, subcommand
+from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
+
+AXIS, PING = ("axis",), ("ping",)
 
 
 @subcommand(
@@ -20,12 +22,12 @@ from cabledrive.parameters import InputRefused
 def command(
     logs: tuple[str, ...] = argument("LOG...", nargs=-1, required=True),
     config: str | None = opt("path", "TOML file with [identify] and [log]."),
-    model: str | None = opt("NAME", "rigid-axis, rigid-axis-tanh, ..., two-inertia."),
-    method: str | None = opt("NAME", "inverse-dynamics, output-error or prediction-error."),
+    model: str | None = opt("NAME", "rigid-axis, rigid-axis-tanh, ..., two-inertia.", of=AXIS),
+    method: str | None = opt("NAME", "inverse-dynamics, output-error or prediction-error.", of=AXIS),
     torque: str | None = opt(
-        "found|held|interpolated|before", "When a logged torque acts; default: found from the log."
+        "found|held|interpolated|before", "When a logged torque acts; default: found from the log.", of=AXIS
     ),
-    choose: Chooser = Declared(lambda name: reading_options),
+    choose: Chooser = HOW_READ,
     drive: str | None = opt(
         "DRIVE",
         "Identify the tension of each span of DRIVE from the recording of a pluck, a log or a .wav file.",
@@ -36,29 +38,34 @@ def command(
         "Span that was plucked: upper, lower, or both in one recording; on a machine with routes its name, "
         "one for each recording: two are compared.",
         multiple=True,
+        of=PING,
         flags="--span",
     ),
     plucked: str | None = opt(
-        "upper|lower", "Of --span both: which span was plucked harder, where the spans have the same modes."
+        "upper|lower",
+        "Of --span both: which span was plucked harder, where the spans have the same modes.",
+        of=PING,
     ),
     section: int = opt(
-        click.IntRange(0), "Section of the plucked span between guided carriages, counted from 0.", 0
+        click.IntRange(0), "Section of the plucked span between guided carriages, counted from 0.", 0, of=PING
     ),
     tensions: tuple[float, ...] = opt(
         "N",
         "Tell friction at wraps from friction at bearings: pretension of the cable in each log, in order.",
         multiple=True,
+        of=("axis", "split"),
         flags="--tension",
     ),
-    page: NewFile | None = opt("page", "Write a page with the log's figures.", flags="--report"),
+    page: NewFile | None = opt("page", "Write a page with the log's figures.", of=AXIS, flags="--report"),
     other: str | None = opt(
         "path",
         "Hold the identified axis against another log: simulated in open loop, followed by an observer, and "
         "beside what that log gives by itself.",
         metavar="LOG",
+        of=AXIS,
         flags="--against",
     ),
-    no_check: bool = opt("flag", "Do not test the model against known faults."),
+    no_check: bool = opt("flag", "Do not test the model against known faults.", of=AXIS),
 ) -> Answer:
     """Identify inertia, viscous and Coulomb friction and offset of one axis from logs, with intervals.
 
@@ -71,33 +78,16 @@ def command(
     from cabledrive.identification.one_log import identify, load_options
 
     if drive is None:
-        refuse_given("spans", "plucked", "section", why="belongs to --ping DRIVE: add that, or leave it out")
+        refuse_not_of("axis", "belongs to --ping DRIVE: add that, or leave it out")
     else:
-        refuse_given(
-            "model",
-            "method",
-            "torque",
-            "no_check",
-            "page",
-            "tensions",
-            "other",
-            why="is for the parameters of an axis, not for --ping",
-        )
+        refuse_not_of("ping", "is for the parameters of an axis, not for --ping")
     options = IdentifyOptions() if config is None else load_options(config)
     options = replace(options, columns=choose(options.columns), check=options.check and not no_check)
     options = replace(options, torque=torque or options.torque)
     if drive is not None:
         return pinged(logs, drive, spans, plucked, section, options.columns)
     if tensions:
-        refuse_given(
-            "model",
-            "method",
-            "torque",
-            "no_check",
-            "page",
-            "other",
-            why="is not for --tension: leave it out",
-        )
+        refuse_not_of("split", "is not for --tension: leave it out")
         return split_answer(logs, tensions, options.columns)
     if page is not None:
         _check_drawable(logs[0], options)

@@ -1,20 +1,34 @@
 """`cabledrive modes`: at which frequencies a drive rings, and that these are all."""
 
-from typing import Any
-
 import click
 
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
-from cabledrive.app.results import Answer, NewFile, provenance
+from cabledrive.app.results import Answer, Keys, NewFile, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.lowest import how_held, lowest_frequencies
+from cabledrive.modal.mode import Certificate
 from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.report.words import certificate_line, mode_table
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
+MODE = Keys(
+    Mode,
+    "frequency_hz=frequency kind family multiplicity kinetic_shares proven span? plane? section? model? "
+    "clamped? strain_shares?",
+)
+PROOF = Keys(
+    Certificate,
+    "below_hz=below longitudinal_below_hz=longitudinal_below transverse_below_hz=transverse_below count "
+    "longitudinal transverse enclosure",
+)
+MODES = Keys(
+    Modes,
+    "modes certified certified_reason warnings certificate rigid_body_modes motor hold at_torque",
+    parts={"modes": MODE, "certificate": PROOF},
+)
 
 
 @subcommand(
@@ -53,51 +67,8 @@ def command(
     lowest = lowest_frequencies(drive)
     head = f"{drive.title or drive.name}\n{lowest.line}\n{how_held(found)}"
     return Answer(
-        data=modes_data(found) | lowest.as_dict(),
+        data=MODES(found) | lowest.as_dict(),
         text=f"{head}\n\n{mode_table(found)}",
         provenance=provenance(drive, method=METHOD, tolerances={"enclosure": found.certificate.enclosure}),
         incomplete=certificate_line(found) if found.certified_reason == INCOMPLETE else None,
     )
-
-
-def modes_data(found: Modes) -> dict[str, Any]:
-    """The modes of a drive as JSON gives them. Returns frequencies in Hz, positions in m."""
-    proof = found.certificate
-    return {
-        "modes": [mode_data(mode) for mode in found.modes],
-        "certified": found.certified,
-        "certified_reason": found.certified_reason,
-        "warnings": list(found.warnings),
-        "certificate": {
-            "below_hz": proof.below,
-            "longitudinal_below_hz": proof.longitudinal_below,
-            "transverse_below_hz": proof.transverse_below,
-            "count": proof.count,
-            "longitudinal": proof.longitudinal,
-            "transverse": proof.transverse,
-            "enclosure": proof.enclosure,
-        },
-        "rigid_body_modes": found.rigid_body_modes,
-        "motor": found.motor,
-        "hold": list(found.hold),
-        "at_torque": found.at_torque,
-    }
-
-
-def mode_data(mode: Mode) -> dict[str, Any]:
-    """One mode as JSON gives it; of a transverse one span, plane, ends of the section [m] and its model."""
-    data = {
-        "frequency_hz": mode.frequency,
-        "kind": mode.kind,
-        "family": mode.family,
-        "multiplicity": mode.multiplicity,
-        "kinetic_shares": mode.kinetic_shares,
-        "proven": mode.proven,
-    }
-    if mode.span is not None:
-        data |= {"span": mode.span, "plane": mode.plane, "section": mode.section, "model": mode.model}
-    if mode.clamped:
-        data["clamped"] = True
-    if mode.strain_shares:
-        data["strain_shares"] = mode.strain_shares
-    return data

@@ -65,9 +65,9 @@ def command(
         return route_resonance_answer(drive, torque, motion_file, floor, limit)
     import numpy as np
 
-    from cabledrive.app.motion_answers import alarm_data, alarm_text
+    from cabledrive.app.motion_answers import ALARM, alarm_text
     from cabledrive.app.resonance_answer import (
-        branch_data,
+        BRANCH,
         branches_text,
         resonance_data,
         resonance_text,
@@ -106,9 +106,7 @@ def command(
         text += "\nThe motor is on its holding stiffness."
     if judged is not None:
         left_out = left_out_under_torque(drive)
-        data["motion"] = (
-            alarm_data(judged) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
-        )
+        data["motion"] = ALARM(judged) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
         text += "\n\n" + alarm_text(judged) + (f"\n{left_out}" if left_out else "")
     incomplete = None
     if with_branches:
@@ -118,7 +116,7 @@ def command(
             )
         except NotComputed as failure:
             branches, incomplete = (), str(failure)
-        data["branches"] = [branch_data(branch) for branch in branches]
+        data["branches"] = [BRANCH(branch) for branch in branches]
         text += "\n\n" + branches_text(branches, found.torque)
         incomplete = incomplete or next((branch.ended for branch in branches if not branch.complete), None)
     return Answer(

@@ -5,8 +5,8 @@ from typing import Any
 import click
 import numpy as np
 
-from cabledrive.app.combinations import Chooser, reading_options, refuse_given, refuse_not_of
-from cabledrive.app.options import Declared, argument, opt, saves_answer, subcommand
+from cabledrive.app.combinations import HOW_READ, Chooser, refuse_given, refuse_not_of
+from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
 from cabledrive.parameters.arrays import Array, Complex
@@ -24,7 +24,7 @@ def command(
     log: str = argument("LOG"),
     input_: str | None = opt("COL", "Channel or column of the input.", flags="--input"),
     column: str | None = opt("COL", "Channel or column of the output.", flags="--response"),
-    choose: Chooser = Declared(lambda name: reading_options),
+    choose: Chooser = HOW_READ,
     config: str | None = opt("path", "TOML file with [log].", of=LOG),
     segment: float = opt("s", "Length of the Hann windows.", 1.0, of=LOG),
     overlap: float | None = opt(

@@ -1,6 +1,7 @@
 """`cabledrive study`: from a drive file and logs to a controller with a verdict."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +9,7 @@ import click
 
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, code_hash, finished
-from cabledrive.app.options import axis_or_machine, opt, subcommand
+from cabledrive.app.options import axis_argument, opt, subcommand
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import percent
@@ -24,7 +25,7 @@ SERVED = "no input has changed: results of the finished study"
 
 @subcommand(
     "cabledrive study dissertation-3 --quick -o study",
-    (axis_or_machine,),
+    (partial(axis_argument, chainless=True),),
     "From a drive file and logs to a controller with a verdict.",
 )
 def command(

@@ -1,12 +1,13 @@
 """`cabledrive track`: a control law follows pulses on the virtual rig."""
 
+from functools import partial
 from typing import Any
 
 import click
 
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import (
-    axis_or_winches,
+    axis_argument,
     complete_controller,
     listed_laws,
     option,
@@ -31,7 +32,7 @@ METHOD = "inertias and links in steps of second order between samples, friction 
 
 @subcommand(
     "cabledrive track dissertation-3 --controller darc-4 --seed 7",
-    (saves_answer, axis_or_winches),
+    (saves_answer, partial(axis_argument, winches=True)),
     "Follow pulses with a control law on the virtual rig.",
     names=lambda: {"Control laws": listed_laws()},
 )

@@ -18,6 +18,7 @@ from cabledrive.report.picture import (
     QUIET,
     SPAN_COLOURS,
     TEXT,
+    file_figure,
     file_picture,
     label,
     log_axis,
@@ -208,10 +209,7 @@ def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResul
     if isinstance(result, NetworkResult) and result.travels:  # the frequencies change on the way
         marks = ()
 
-    def _drawn() -> "Figure":
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(9.0, 8.0))
+    def draw(figure: "Figure") -> None:
         title = drive.title if 0 < len(drive.title) <= LONGEST_TITLE else shorten(drive.name, LONGEST_TITLE)
         figure.suptitle(title, fontsize=TEXT - 1, y=0.99)
         rows = len(curves_of(result).panels)
@@ -221,9 +219,8 @@ def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResul
         draw_histories(panels[:-1], result)
         draw_spectrum(panels[-1], result, marks, highest)
         figure.align_ylabels(panels)
-        return figure
 
-    return file_picture(_drawn, form)
+    return file_picture(file_figure(draw, (9.0, 8.0), None), form)
 
 
 def _curve(axes: "Axes", time: Array, signal: Array, colour: str) -> None:

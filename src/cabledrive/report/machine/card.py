@@ -1,9 +1,7 @@
 """The card of a machine, its modes, and whether they excite one another."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
@@ -15,12 +13,12 @@ from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import mode_title, shapes_picture
 from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.mode_figure import draw_map
-from cabledrive.report.page import Badge, Card
+from cabledrive.report.page import Badge
 from cabledrive.report.picture import picture, short_family
 from cabledrive.report.typesetting import decimals_for, fixed, number, quantity
 from cabledrive.studies.excitation_orders import travels
 from cabledrive.studies.mode_map import map_modes
-from cabledrive.studies.resonance import ResonanceSummary, resonance
+from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import NO_EXCITATION
 from cabledrive.studies.route_pairs import RouteResonance, route_resonance
 
@@ -44,78 +42,29 @@ BADGES = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ResonanceVerdict:
-    """Verdict on the internal resonance of a machine."""
-
-    badge: Badge
-    reasons: tuple[str, ...]  # of the verdict, or why there is none
-
-
-@lru_cache(maxsize=16)
-def kept_resonance(drive: Drive) -> ResonanceSummary:
-    """Result of `cabledrive.resonance`, computed once for the page of a machine and the chapter of all."""
-    return resonance(drive)
-
-
-def resonance_verdict(drive: Drive) -> ResonanceVerdict:
-    """Verdict of `cabledrive.resonance`; where it cannot be computed, the reason."""
+def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...], Table | None]:
+    """Verdict on the internal resonance, its reasons, of routes its pairs; or why it cannot be computed."""
     try:
-        found = kept_resonance(drive)
+        found = route_resonance(drive) if isinstance(drive, RoutedDrive) else resonance(drive)
     except (InputRefused, NotComputed) as refusal:
-        return ResonanceVerdict(
-            badge=Badge(text="Internal resonance: not computed", tone="remark"), reasons=(str(refusal),)
-        )
-    stated = found.verdict != NO_EXCITATION
-    at = f" at {quantity(found.torque, 'N m', 3)}" if stated else ""
-    facts = []
-    if found.frequency_ratio is not None:
-        ratio = number(found.frequency_ratio, 3)
-        facts.append(
-            f"The lowest transverse frequency of an empty span is {ratio} times that of the pulley mode; "
-            "0.5 is the principal resonance"
-        )
-    return ResonanceVerdict(
-        badge=Badge(text=BADGES[found.verdict] + at, tone=TONES[found.verdict]),
-        reasons=(*facts, *found.reasons),
+        return Badge(text="Internal resonance: not computed", tone="remark"), (str(refusal),), None
+    stated = found.torque is not None and found.verdict != NO_EXCITATION
+    at = f" at {quantity(found.torque or 0.0, 'N m', 3)}" if stated else ""
+    badge = Badge(text=BADGES[found.verdict] + at, tone=TONES[found.verdict])
+    ratio = "" if found.frequency_ratio is None else number(found.frequency_ratio, 3)
+    if not isinstance(found, RouteResonance):
+        facts = f"The lowest transverse frequency of an empty span is {ratio} times that of the pulley mode; "
+        return badge, (*([f"{facts}0.5 is the principal resonance"] if ratio else ()), *found.reasons), None
+    nearest = (
+        f"the first transverse mode of {found.nearest_span} has {ratio} times the frequency of the "
+        f"longitudinal mode at {number(found.longitudinal_hz, 4)} Hz; 0.5 is resonance"
     )
+    return badge, (*found.reasons, nearest, *found.left_out), pairs_table(found, SHOWN)
 
 
-class MachineContent(Protocol):
-    """What a card needs of the page behind it."""
-
-    @property
-    def drive(self) -> Any:
-        """A drive of any kind."""
-
-    @property
-    def modes(self) -> Modes:
-        """Its first modes."""
-
-    @property
-    def resonance(self) -> ResonanceVerdict:
-        """Its internal resonance."""
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What its user should know."""
-
-
-def machine_card(page: MachineContent, sketch: Any) -> Card:
-    """The card that leads to a page."""
-    certificate = page.modes.certificate
-    below = f"{number(certificate.below, 4)} Hz"
-    complete = Badge(text=f"Modes complete up to {below}", tone="good")
-    doubtful = Badge(text=f"Modes up to {below} not certified", tone="warning")
-    facts = [_fact("Longitudinal", page.modes.longitudinal), _fact("Transverse", page.modes.transverse)]
-    if page.warnings:
-        facts.append(("Warnings", f"{len(page.warnings)}"))
-    return Card(
-        text=page.drive.title,
-        picture=sketch,
-        badges=(complete if page.modes.certified and certificate.count else doubtful, page.resonance.badge),
-        facts=tuple(facts),
-    )
+def facts_of(modes: Modes) -> list[tuple[str, str]]:
+    """The lowest modes of each kind in words."""
+    return [_fact("Longitudinal", modes.longitudinal), _fact("Transverse", modes.transverse)]
 
 
 def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
@@ -127,7 +76,7 @@ def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
     return what, f"{number(modes[0].frequency, 4)} Hz, {where}"
 
 
-SHOWN_SHAPES, SHOWN_ON_ROUTES, SHOWN_ACROSS = 4, 3, 6
+SHOWN, SHOWN_SHAPES, SHOWN_ON_ROUTES, SHOWN_ACROSS = 8, 4, 3, 6
 _PARTS = ("drive pulley", "load pulley", "motor", "carriages", "cable")
 
 
@@ -149,8 +98,19 @@ def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
     )
 
 
-def along_table(modes: Modes) -> Table:
-    """Longitudinal modes and the shares of their kinetic energy."""
+def along_table(drive: Drive | RoutedDrive, modes: Modes) -> Table | None:
+    """Longitudinal modes and the shares of their kinetic energy, with routes the parts that hold them."""
+    if not modes.longitudinal:
+        return None
+    if isinstance(drive, RoutedDrive):
+        return table(
+            "Longitudinal modes and the parts that hold their kinetic energy.",
+            "Frequency [Hz] | Modes [] | What moves | Kinetic energy",
+            (
+                (number(row.frequency, 6), str(row.count), row.family, row.where)
+                for row in mode_rows(modes.longitudinal)
+            ),
+        )
     rows = [(mode, _shares(mode)) for mode in modes.longitudinal]
     parts = [part for part in _PARTS if any(part in shares for _, shares in rows)]
     decimals = _decimals([mode.frequency for mode, _ in rows])
@@ -184,9 +144,11 @@ def _decimals(frequencies: Sequence[float]) -> int:
     return min(8, max(decimals_for(min(frequencies), 5), decimals_for(max(frequencies), 7)))
 
 
-def across_table(modes: Modes) -> Table:
+def across_table(modes: Modes) -> Table | None:
     """The lowest transverse modes."""
     rows = mode_rows(modes.transverse)
+    if not rows:
+        return None
     decimals = _decimals([row.frequency for row in rows[:SHOWN_ACROSS]])
     more = f"The lowest {SHOWN_ACROSS} of {len(rows)} frequencies." if len(rows) > SHOWN_ACROSS else ""
     return table(
@@ -226,31 +188,6 @@ def shapes(drive: Drive | RoutedDrive, name: str, modes: Modes) -> Figure:
         alt=f"{len(shown)} modes: {'; '.join(map(mode_title, shown))}.",
         caption=what,
         drawing=shapes_picture(f"shapes-{name}", drive, shown),
-    )
-
-
-SHOWN = 8
-
-
-def pairs_of_route(drive: RoutedDrive) -> tuple[ResonanceVerdict, Table | None]:
-    """Verdict and table of a machine; where there is none, the reason in the verdict."""
-    try:
-        found = route_resonance(drive)
-    except (InputRefused, NotComputed) as refusal:
-        badge = Badge(text="Internal resonance: not computed", tone="remark")
-        return ResonanceVerdict(badge=badge, reasons=(str(refusal),)), None
-    return _verdict(found), pairs_table(found, SHOWN)
-
-
-def _verdict(found: RouteResonance) -> ResonanceVerdict:
-    at = "" if found.torque is None else f" at {quantity(found.torque, 'N m', 3)}"
-    ratio = (
-        f"the first transverse mode of {found.nearest_span} has {number(found.frequency_ratio, 3)} times the "
-        f"frequency of the longitudinal mode at {number(found.longitudinal_hz, 4)} Hz; 0.5 is resonance"
-    )
-    return ResonanceVerdict(
-        badge=Badge(text=BADGES[found.verdict] + at, tone=TONES[found.verdict]),
-        reasons=(*found.reasons, ratio, *found.left_out),
     )
 
 

@@ -26,19 +26,28 @@ def source_paragraphs(source: str) -> tuple[str, ...]:
     return tuple(" ".join(part.split()) for part in parts)
 
 
-def drawing(drive: Drive, name: str) -> Figure:
-    """The machine, spans and positions of carriages to scale."""
-    return Figure(
-        name=f"drawing-{name}",
-        alt=_seen(drive),
-        caption="Spans, places of carriages and sag are to the scale of their axis; boxes are carriages. The "
-        "colour of a span is its tension at rest.",
-        drawing=moving_machine(drive, None),
-    )
+SEEN = {
+    False: "Spans, places of carriages and sag are to the scale of their axis; boxes are carriages. The "
+    "colour of a span is its tension at rest.",
+    True: "The machine from the coordinates of its file; the colour of a span is its tension at rest. Bands "
+    "are bodies with what they carry, dots anchors, boxes carriages.",
+}
+"""Of loops and lines, and of machines with routes."""
 
 
-def _seen(drive: Drive) -> str:
+def drawing(drive: Drive | RoutedDrive, name: str) -> Figure:
+    """The machine from its coordinates, spans coloured by tension."""
+    caption = SEEN[isinstance(drive, RoutedDrive)]
+    shown = moving_machine(drive, None)
+    return Figure(name=f"drawing-{name}", alt=_seen(drive), caption=caption, drawing=shown)
+
+
+def _seen(drive: Drive | RoutedDrive) -> str:
     """The drawing in words."""
+    if isinstance(drive, RoutedDrive):
+        ropes = f"{len(drive.route)} {'rope' if len(drive.route) == 1 else 'ropes'}"
+        held = f"{len(drive.pulley)} pulleys, {len(drive.body)} bodies, {len(drive.motor)} motors"
+        return f"The machine from its coordinates: {ropes}, {held}."
     what = "A cable loop round two pulleys" if drive.kind == "loop" else "A cable between two drums"
     parts = [f"{what}, {quantity(drive.span_length, 'm')} apart"]
     parts += [

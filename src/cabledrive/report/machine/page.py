@@ -1,26 +1,22 @@
 """The page of one machine, a loop or one with routes, and the card that leads to it."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.modal import Modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
-from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.blocks import Block, Figure, Table, table
+from cabledrive.report.blocks import Block, Figure, Section, Table
 from cabledrive.report.context import ReportContext
-from cabledrive.report.figures.moving_machine import moving_machine, sketch
+from cabledrive.report.figures.moving_machine import sketch
 from cabledrive.report.machine.card import (
-    ResonanceVerdict,
     across_table,
     along_table,
+    facts_of,
     ladder,
-    machine_card,
-    pairs_of_route,
-    resonance_verdict,
+    resonance_words,
     shapes,
     simple_models_table,
     travel_figures,
@@ -34,7 +30,7 @@ from cabledrive.report.machine.data import (
     spans_table,
 )
 from cabledrive.report.machine.rest import rest_plot, rest_table
-from cabledrive.report.page import MACHINES, View
+from cabledrive.report.page import MACHINES, Badge, Card, View
 from cabledrive.report.typesetting import number
 from cabledrive.report.words import certificate_words
 
@@ -56,17 +52,6 @@ METHODS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Section:
-    """A part of the page of a machine; ``folded``: opened by whoever wants it."""
-
-    anchor: str
-    title: str
-    blocks: tuple[Block | None, ...]
-    text: str = ""
-    folded: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class MachinePage:
     """What the template of a machine is given."""
 
@@ -76,7 +61,8 @@ class MachinePage:
     modes: Modes
     certificate: str  # what it says of the modes
     held: str  # how the motors were held
-    resonance: ResonanceVerdict
+    badge: Badge  # verdict on the internal resonance
+    reasons: tuple[str, ...]  # of it
     warnings: tuple[str, ...]
     sources: tuple[str, ...]
     drawing: Figure
@@ -101,12 +87,11 @@ def machine_view(context: ReportContext, place: int) -> View:
     """Page and card of one machine of a report; ``place``: its number, loops and lines first."""
     drive, name, modes = context.machines[place], context.anchors[place], context.modes[place]
     context.progress(f"resonance and travel: {drive.name}")
-    methods: tuple[str, ...] = METHODS
-    if isinstance(drive, RoutedDrive):
-        own, methods = _of_routes(drive, name, modes), ROUTE_METHODS
-        warnings = route_warnings(drive)
-    else:
-        own, warnings = _of_a_loop(drive, name, modes), drive_warnings(drive)
+    badge, reasons, pairs = resonance_words(drive)
+    routed = isinstance(drive, RoutedDrive)
+    sections = _of_routes(drive, name, pairs) if isinstance(drive, RoutedDrive) else _of_a_loop(drive, name)
+    own = route_warnings(drive) if isinstance(drive, RoutedDrive) else drive_warnings(drive)
+    warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*own, *modes.warnings)))
     page = MachinePage(
         name=name,
         drive=drive,
@@ -114,98 +99,73 @@ def machine_view(context: ReportContext, place: int) -> View:
         modes=modes,
         certificate=certificate_words(modes),
         held=f"{lowest_frequencies(drive).line} {how_held(modes)}",
-        warnings=tuple(dict.fromkeys(line.rstrip(".") for line in (*warnings, *modes.warnings))),
+        badge=badge,
+        reasons=reasons,
+        warnings=warnings,
         sources=source_paragraphs(drive.source),
-        across=across_table(modes) if modes.transverse else None,
-        **own,
+        drawing=drawing(drive, name),
+        along=along_table(drive, modes),
+        across=across_table(modes),
+        shapes=shapes(drive, name, modes),
+        ladder=None if isinstance(drive, RoutedDrive) else ladder(drive, name, modes),
+        sections=sections,
+    )
+    certificate = modes.certificate
+    sound, below = modes.certified and certificate.count, f"{number(certificate.below, 4)} Hz"
+    complete = Badge(text=f"Modes complete up to {below}", tone="good")
+    doubtful = Badge(text=f"Modes up to {below} not certified", tone="warning")
+    card = Card(
+        text=drive.title,
+        picture=sketch(drive),
+        badges=(complete if sound else doubtful, badge),
+        facts=(*facts_of(modes), *([("Warnings", f"{len(warnings)}")] if warnings else [])),
     )
     return View(
         anchor=f"machine-{name}",
         title=drive.name,
         group=MACHINES,
-        card=machine_card(page, sketch(drive)),
+        card=card,
         template="machine.html",
         content=page,
         blocks=page.blocks,
-        methods=methods,
+        methods=ROUTE_METHODS if routed else METHODS,
     )
 
 
-def _of_a_loop(drive: Drive, name: str, modes: Modes) -> dict[str, Any]:
-    """What the page of a loop or a line has of its own."""
-    rest = rest_plot(drive, name)
-    hanging = Section(
-        anchor="rest", title="At rest, under gravity", text=HANGING, blocks=(rest, rest_table(drive))
-    )
-    return {
-        "resonance": resonance_verdict(drive),
-        "drawing": drawing(drive, name),
-        "along": along_table(modes) if modes.longitudinal else None,
-        "shapes": shapes(drive, name, modes),
-        "ladder": ladder(drive, name, modes),
-        "sections": (
-            *(() if rest is None else (hanging,)),
-            Section(
-                anchor="simple",
-                title="What simpler formulas give",
-                blocks=(simple_models_table(drive),),
-                folded=True,
-            ),
-            Section(
-                anchor="data",
-                title="Data and derived quantities",
-                text="Lengths, densities and positions are of the unstretched cable unless stated otherwise.",
-                blocks=(data_table(drive), derived_table(derived_with_lowest(drive))),
-                folded=True,
-            ),
+def _of_a_loop(drive: Drive, name: str) -> tuple[Section, ...]:
+    """Sections of the page of a loop or a line."""
+    rest, stretches = rest_plot(drive, name), rest_table(drive)
+    hanging = tuple(block for block in (rest, stretches) if block is not None)
+    return (
+        *(
+            [Section(anchor="rest", title="At rest, under gravity", text=HANGING, blocks=hanging)]
+            if rest is not None
+            else []
         ),
-    }
-
-
-def _of_routes(drive: RoutedDrive, name: str, modes: Modes) -> dict[str, Any]:
-    """What the page of a machine with routes has of its own."""
-    verdict, pairs = pairs_of_route(drive)
-    travels = tuple(travel_figures(drive, name))
-    sections = (
-        Section(anchor="travel", title="Over the travel", blocks=travels),
         Section(
-            anchor="pairs", title="Pairs near internal resonance", blocks=() if pairs is None else (pairs,)
+            anchor="simple",
+            title="What simpler formulas give",
+            blocks=(simple_models_table(drive),),
+            folded=True,
         ),
-        Section(anchor="spans", title="Spans and pulleys", blocks=(spans_table(drive), pulleys_table(drive))),
+        Section(
+            anchor="data",
+            title="Data and derived quantities",
+            text="Lengths, densities and positions are of the unstretched cable unless stated otherwise.",
+            blocks=(data_table(drive), derived_table(derived_with_lowest(drive))),
+            folded=True,
+        ),
     )
-    return {
-        "resonance": verdict,
-        "drawing": _drawing(drive, name),
-        "along": _along(modes) if modes.longitudinal else None,
-        "shapes": shapes(drive, name, modes),
-        "ladder": None,
-        "sections": tuple(one for one in sections if one.blocks),
+
+
+def _of_routes(drive: RoutedDrive, name: str, pairs: Table | None) -> tuple[Section, ...]:
+    """Sections of the page of a machine with routes."""
+    parts: dict[tuple[str, str], tuple[Block | None, ...]] = {
+        ("travel", "Over the travel"): tuple(travel_figures(drive, name)),
+        ("pairs", "Pairs near internal resonance"): (pairs,),
+        ("spans", "Spans and pulleys"): (spans_table(drive), pulleys_table(drive)),
     }
-
-
-def _drawing(drive: RoutedDrive, name: str) -> Figure:
-    """The machine from its coordinates, spans coloured by tension."""
-    parts = (
-        f"{len(drive.route)} {'rope' if len(drive.route) == 1 else 'ropes'}, {len(drive.pulley)} pulleys, "
-        f"{len(drive.body)} bodies, {len(drive.motor)} motors"
-    )
-    return Figure(
-        name=f"drawing-{name}",
-        alt=f"The machine from its coordinates: {parts}.",
-        caption="The machine from the coordinates of its file; the colour of a span is its tension "
-        "at rest. Bands are bodies with what they carry, dots anchors, boxes carriages.",
-        drawing=moving_machine(drive, None),
-    )
-
-
-def _along(modes: Modes) -> Table:
-    """Longitudinal modes and where their kinetic energy is."""
-    rows = [
-        (number(row.frequency, 6), str(row.count), row.family, row.where)
-        for row in mode_rows(modes.longitudinal)
-    ]
-    return table(
-        "Longitudinal modes and the parts that hold their kinetic energy.",
-        "Frequency [Hz] | Modes [] | What moves | Kinetic energy",
-        rows,
+    kept = {head: tuple(block for block in own if block is not None) for head, own in parts.items()}
+    return tuple(
+        Section(anchor=anchor, title=title, blocks=own) for (anchor, title), own in kept.items() if own
     )

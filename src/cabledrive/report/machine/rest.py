@@ -64,20 +64,11 @@ def rest_plot(drive: Drive, name: str) -> Plot | None:
     at = np.unique(
         np.concatenate((np.linspace(0.0, drive.span_length, 2 * POINTS), inside - step, inside + step))
     )
-    panels = [
-        Panel(title="Tension", unit="N", series=tuple(_tension(rest, span, at) for span in drive.spans))
-    ]
+    panels = [Panel("Tension", "N", tuple(_tension(rest, span, at) for span in drive.spans))]
     if max(section.sag for section in rest.sections) > SEEN * drive.span_length:
-        panels.append(
-            Panel(
-                title="Height over the line of the pulleys",
-                unit="m",
-                series=tuple(
-                    Series(name=f"{s} span", values=-np.interp(at, *sag_of(drive, s)), colour=COLOURS[s])
-                    for s in drive.spans
-                ),
-            )
-        )
+        height = {span: -np.interp(at, *sag_of(drive, span)) for span in drive.spans}
+        curves = tuple(Series(f"{span} span", values, COLOURS[span]) for span, values in height.items())
+        panels.append(Panel("Height over the line of the pulleys", "m", curves))
     low = quantity(rest.lowest_tension, "N", 3)
     high = quantity(max(max(stretch.tensions) for stretch in rest.stretches), "N", 3)
     deepest = max(section.sag for section in rest.sections)
@@ -106,7 +97,7 @@ def _tension(rest: RestState, span: str, at: Array) -> Series:
         if stretch.span == span:
             on = (at >= stretch.start) & (at <= stretch.end)
             values[on] = stretch.tension_at(at[on])
-    return Series(name=f"{span} span", values=values, colour=COLOURS[span])
+    return Series(f"{span} span", values, COLOURS[span])
 
 
 def rest_table(drive: Drive) -> Table | None:
