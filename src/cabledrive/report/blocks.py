@@ -192,7 +192,7 @@ class Equation:
 Block = Paragraph | Note | Figure | Plot | Table | Equation
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Section:
     """A part of a chapter with its own entry in the table of contents."""
 
@@ -203,7 +203,7 @@ class Section:
     folded: bool = False  # opened by whoever wants it
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Chapter:
     """One chapter of the report."""
 

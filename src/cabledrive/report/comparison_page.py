@@ -17,10 +17,10 @@ def comparison_html(drive: Drive, found: Comparison, written_at: datetime | None
     """The page of a comparison; HTML that needs no other file."""
     said = found.summary
     chapter = Chapter(
-        title="Controllers",
-        anchor="controllers",
+        "Controllers",
+        "controllers",
+        (*_notes(said), errors_table(said), costs_table(said), _plants(said)),
         headline=_headline(said),
-        blocks=(*_notes(said), errors_table(said), costs_table(said), _plants(said)),
         methods=(METHOD,),
     )
     title = f"{drive.name}: {said['best'] or 'no law'}"

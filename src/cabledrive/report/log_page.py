@@ -55,9 +55,9 @@ def write_log_report(
     """
     path = check_writable(path, force=force)
     chapter = Chapter(
-        title="Identification",
-        anchor="identification",
-        blocks=(*_numbers(found), *_data(log)),
+        "Identification",
+        "identification",
+        (*_numbers(found), *_data(log)),
         sections=_figures(log, found, options or AxisOptions()),
         methods=(str(found.method["name"]),),
     )
@@ -111,7 +111,7 @@ def _figures(log: Log, found: Identification, options: AxisOptions) -> tuple[Sec
     window = min(LONGEST_WINDOW, log.report.duration / 6.0)
     if window * log.sample_rate >= 32:
         blocks.append(_response(log, found, (torque, position), window, linear))
-    return (Section(title="Figures", anchor="log-figures", blocks=tuple(blocks)),) if blocks else ()
+    return (Section("Figures", "log-figures", tuple(blocks)),) if blocks else ()
 
 
 def _response(

@@ -49,9 +49,9 @@ def map_html(
     """The page of a map; HTML that needs no other file."""
     blocks: list[Block] = [_notes(found), _field(found)] if len(plane_of(found)) > 1 else [_notes(found)]
     chapter = Chapter(
-        title="Natural frequencies",
-        anchor="map",
-        blocks=(*blocks, _curves(found), *(_excited(excited) if excited is not None else ())),
+        "Natural frequencies",
+        "map",
+        (*blocks, _curves(found), *(_excited(excited) if excited is not None else ())),
         methods=(METHOD,),
     )
     subtitle = "Natural frequencies over " + ", ".join(str(dim) for dim in found["certified"].dims)

@@ -18,7 +18,7 @@ from cabledrive.report.typesetting import capital, typeset, unit_name
 MACHINES, TOPICS = "machines", "topics"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Badge:
     """A verdict in a few words."""
 

@@ -82,13 +82,7 @@ def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | No
         sweep = _sweep(f"sweep-{name}-{number_}", spectrum, found)
         blocks += [] if sweep is None else [sweep]
     blocks += [Note(text=note) for note in axis.notes]
-    return Chapter(
-        title=f"Axis {name}",
-        anchor=f"axis-{name}",
-        blocks=tuple(blocks),
-        headline=headline,
-        methods=(METHOD,),
-    )
+    return Chapter(f"Axis {name}", f"axis-{name}", tuple(blocks), headline=headline, methods=(METHOD,))
 
 
 def computed(machine: RoutedDrive, axis: str) -> dict[str, float]:
@@ -223,7 +217,7 @@ def _belts_chapter(belts: Belts) -> Chapter:
         "peak | belt A [Hz] | belt B [Hz] | difference [Hz]",
         rows,
     )
-    return Chapter(title="Belts", anchor="belts-chapter", blocks=(both, peaks), headline=similar_words(belts))
+    return Chapter("Belts", "belts-chapter", (both, peaks), headline=similar_words(belts))
 
 
 def _paired(

@@ -49,10 +49,10 @@ def effect_of_parameters(context: ReportContext) -> Chapter | None:
     travelled = _packaged(context, TRAVELLED)
     blocks = [*_of_one(drive), *(_travel(travelled) if travelled else ())]
     return Chapter(
-        title="Effect of parameters on the frequencies",
+        "Effect of parameters on the frequencies",
+        "what-moves-them",
+        tuple(blocks),
         summary="How pretension, carriage position and inertia shift the natural frequencies.",
-        anchor="what-moves-them",
-        blocks=tuple(blocks),
         methods=(
             "Frequencies against a quantity: certified modes at each value, tracked by the overlap of "
             "their shapes; steps are halved until the assignment is unique.",

@@ -47,10 +47,10 @@ def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...],
     try:
         found = route_resonance(drive) if isinstance(drive, RoutedDrive) else resonance(drive)
     except (InputRefused, NotComputed) as refusal:
-        return Badge(text="Internal resonance: not computed", tone="remark"), (str(refusal),), None
+        return Badge("Internal resonance: not computed", "remark"), (str(refusal),), None
     stated = found.torque is not None and found.verdict != NO_EXCITATION
     at = f" at {quantity(found.torque or 0.0, 'N m', 3)}" if stated else ""
-    badge = Badge(text=BADGES[found.verdict] + at, tone=TONES[found.verdict])
+    badge = Badge(BADGES[found.verdict] + at, TONES[found.verdict])
     ratio = "" if found.frequency_ratio is None else number(found.frequency_ratio, 3)
     if not isinstance(found, RouteResonance):
         facts = f"The lowest transverse frequency of an empty span is {ratio} times that of the pulley mode; "

@@ -112,8 +112,8 @@ def machine_view(context: ReportContext, place: int) -> View:
     )
     certificate = modes.certificate
     sound, below = modes.certified and certificate.count, f"{number(certificate.below, 4)} Hz"
-    complete = Badge(text=f"Modes complete up to {below}", tone="good")
-    doubtful = Badge(text=f"Modes up to {below} not certified", tone="warning")
+    complete = Badge(f"Modes complete up to {below}", "good")
+    doubtful = Badge(f"Modes up to {below} not certified", "warning")
     card = Card(
         text=drive.title,
         picture=sketch(drive),
@@ -137,22 +137,13 @@ def _of_a_loop(drive: Drive, name: str) -> tuple[Section, ...]:
     rest, stretches = rest_plot(drive, name), rest_table(drive)
     hanging = tuple(block for block in (rest, stretches) if block is not None)
     return (
-        *(
-            [Section(anchor="rest", title="At rest, under gravity", text=HANGING, blocks=hanging)]
-            if rest is not None
-            else []
-        ),
+        *([Section("At rest, under gravity", "rest", hanging, text=HANGING)] if rest is not None else []),
+        Section("What simpler formulas give", "simple", (simple_models_table(drive),), folded=True),
         Section(
-            anchor="simple",
-            title="What simpler formulas give",
-            blocks=(simple_models_table(drive),),
-            folded=True,
-        ),
-        Section(
-            anchor="data",
-            title="Data and derived quantities",
+            "Data and derived quantities",
+            "data",
+            (data_table(drive), derived_table(derived_with_lowest(drive))),
             text="Lengths, densities and positions are of the unstretched cable unless stated otherwise.",
-            blocks=(data_table(drive), derived_table(derived_with_lowest(drive))),
             folded=True,
         ),
     )
@@ -166,6 +157,4 @@ def _of_routes(drive: RoutedDrive, name: str, pairs: Table | None) -> tuple[Sect
         ("spans", "Spans and pulleys"): (spans_table(drive), pulleys_table(drive)),
     }
     kept = {head: tuple(block for block in own if block is not None) for head, own in parts.items()}
-    return tuple(
-        Section(anchor=anchor, title=title, blocks=own) for (anchor, title), own in kept.items() if own
-    )
+    return tuple(Section(title, anchor, own) for (anchor, title), own in kept.items() if own)

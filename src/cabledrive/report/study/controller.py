@@ -66,7 +66,7 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
     if isinstance(found, ControllerResult) and found.broken:
         blocks.append(Note(text=listed(say("broken"), found.broken)))
     method = say(f"method_{kind}")
-    return Chapter(title="Controller", anchor="controller", blocks=tuple(blocks), methods=(method,))
+    return Chapter("Controller", "controller", tuple(blocks), methods=(method,))
 
 
 def _of_load(found: ControllerResult) -> list[Block]:
@@ -155,7 +155,7 @@ def acceptance_chapter(result: StudyResult) -> Chapter | None:
         blocks.append(pictured(say_runs, "worst", picture, worst=worst, unit=errors.unit))
         blocks.append(_worst_plant(worst, result.knowledge.values))
     method = say_runs(f"method_{kind}", draws=result.runs.draws, seed=result.goals.seed)
-    return Chapter(title="Acceptance", anchor="acceptance", blocks=tuple(blocks), methods=(method,))
+    return Chapter("Acceptance", "acceptance", tuple(blocks), methods=(method,))
 
 
 def _laws(scores: Iterable[AcceptanceResult], errors: Errors) -> Table:

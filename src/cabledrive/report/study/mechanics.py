@@ -86,12 +86,7 @@ def modes_chapter(result: StudyResult) -> Chapter:
         repeated = bool(result.check.missing) and all(line in stated for line in result.check.missing)
         why = "see the verdict" if repeated else found.why_no_models
         blocks.append(Paragraph(text=say("no_models", why=why)))
-    return Chapter(
-        title="Modes and models",
-        anchor="modes",
-        blocks=tuple(blocks),
-        methods=(say("modes_method"),),
-    )
+    return Chapter("Modes and models", "modes", tuple(blocks), methods=(say("modes_method"),))
 
 
 def _rows(result: StudyResult) -> Table:
@@ -150,9 +145,9 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         rows.append(("Allowed", quantity(found.limit, "m", 3)))
     lines = tuple(found.reasons)
     return Chapter(
-        title="Internal resonance",
-        anchor="resonance",
-        blocks=(
+        "Internal resonance",
+        "resonance",
+        (
             Note(text=say("alarm", verdict=found.alarm), tone=tone),
             table(say("resonance"), "Figure | Value []", rows),
             *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in lines),

@@ -37,9 +37,9 @@ def verdict_chapter(result: StudyResult) -> Chapter:
         blocks.append(points("Notes:", verdict.cautions))
     blocks.append(_asked(result.goals))
     return Chapter(
-        title="Verdict",
-        anchor="verdict",
-        blocks=tuple(blocks),
+        "Verdict",
+        "verdict",
+        tuple(blocks),
         methods=(say("method"), *((say("carriage_method"),) if result.carried else ())),
     )
 
@@ -113,12 +113,7 @@ def data_chapter(result: StudyResult) -> Chapter:
         blocks += [points("In the logs:", said)] if said else []
     else:
         blocks.append(Paragraph(text=say_data("no_log")))
-    return Chapter(
-        title="Drive and data",
-        anchor="data",
-        blocks=tuple(blocks),
-        methods=(say_data("method"),),
-    )
+    return Chapter("Drive and data", "data", tuple(blocks), methods=(say_data("method"),))
 
 
 def _chain(drive: AxisDrive) -> Paragraph:
@@ -163,12 +158,7 @@ def knowledge_chapter(result: StudyResult) -> Chapter:
     widths = {WORDS[name]: q.half_width / abs(q.value) for name, q in known.quantities.items() if q.value}
     picture = intervals_picture("intervals", known.quantities, _sheet(result))
     blocks.append(pictured(say_known, "intervals", picture, widths=widths))
-    return Chapter(
-        title="Parameters",
-        anchor="known",
-        blocks=tuple(blocks),
-        methods=(say_known("method", name=known.method),),
-    )
+    return Chapter("Parameters", "known", tuple(blocks), methods=(say_known("method", name=known.method),))
 
 
 def _sheet(result: StudyResult) -> dict[str, Quantity]:
