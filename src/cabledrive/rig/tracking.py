@@ -243,19 +243,12 @@ def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
     shafts = [HEADS[shaft] for shaft in tracking.summary["encoders"]]
     head = ["time [s]", "torque [N m]", *(f"{shaft} [rad]" for shaft in shafts), "reference [rad]"]
     columns = [tracking.time, tracking.torque, *tracking.encoder_angles.T, tracking.reference]
-    cell = None if drive is None else load_cell(tracking, drive)
-    if cell is not None:
-        head.append("load cell force [N]")
-        columns.append(cell)
+    noise = drive.sensors.load_cell_noise if drive is not None and drive.sensors else None
+    if drive is not None and noise is not None and tracking.tensions is not None:
+        # A load cell at the load pulley says T1 + T2 - 2 rho v^2 and noise.
+        generator = np.random.default_rng((tracking.summary["seed"], LOAD_CELL_SEED))
+        rim = drive.drive_pulley.radius * tracking.speeds[:, -1]
+        carried = drive.cable.stretched_mass_per_length * rim**2
+        pull = tracking.tensions.sum(axis=1) - 2.0 * carried + noise * generator.normal(size=len(rim))
+        head, columns = [*head, "load cell force [N]"], [*columns, pull]
     return csv_text(head, columns)
-
-
-def load_cell(tracking: Tracking, drive: Drive) -> Array | None:
-    """What a load cell at the load pulley says, T1 + T2 - 2 rho v^2 and noise [N]; None without one."""
-    noise = drive.sensors.load_cell_noise if drive.sensors else None
-    if noise is None or tracking.tensions is None:
-        return None
-    generator = np.random.default_rng((tracking.summary["seed"], LOAD_CELL_SEED))
-    rim = drive.drive_pulley.radius * tracking.speeds[:, -1]
-    carried = drive.cable.stretched_mass_per_length * rim**2
-    return tracking.tensions.sum(axis=1) - 2.0 * carried + noise * generator.normal(size=len(rim))

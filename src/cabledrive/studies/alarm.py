@@ -293,7 +293,7 @@ def route_alarm(
     displacement, amplitude, time, ended = growth_along(path, floor, MOST * limit)
     largest = float(displacement[[DRIVEN, GROWN]].max())
     changed = MARGIN * max(largest, float(displacement[GROWN:].max()))
-    rise = np.einsum("ipq,iq->ip", path.at("strain", path.here), path.along)
+    rise = np.einsum("ipq,iq->ip", path.at("strain", path.here), path.driven[0])
     lengths = {span.name: span.length for span in drive.free_spans}
     rows = [(span, (0.0, lengths[span]), plane, n) for span, plane, n in path.snapshots[0].keys]
     omega, runs, more = path.at("across", path.here[:1])[0], [DIRECTLY, DRIVEN, GROWN], ""

@@ -242,7 +242,12 @@ def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
     for key, rate in linked.items():
         name, _, move = key.rpartition(".")
         axis, travel = SLIDES.index(move), bodies[name].travel
-        at = np.array([point[axis] for point in _carried(drive, name)])
+        carried = {name}
+        while more := {own.name for own in drive.body if own.on in carried} - carried:
+            carried |= more
+        points = [own.at for own in drive.body if own.name in carried]
+        points += [own.at for own in (*drive.pulley, *drive.anchor) if own.on in carried]
+        at = np.array([point[axis] for point in points])
         ends = sorted(((box[0][axis] - at.min()) / rate, (box[1][axis] - at.max()) / rate))
         low, high = max(low, ends[0]), min(high, ends[1])
         if travel is not None:  # ways of the first body to the ends of a body's stated travel
@@ -252,13 +257,3 @@ def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
         return float(stated[0]), float(stated[1])
     room = ROOM * max(high - low, 0.0)
     return low + room, high - room
-
-
-def _carried(drive: RoutedDrive, body: str) -> list[tuple[float, float]]:
-    """Places of a body and of all that it carries."""
-    on = {body}
-    while more := {own.name for own in drive.body if own.on in on} - on:
-        on |= more
-    points = [own.at for own in drive.body if own.name in on]
-    points += [pulley.at for pulley in drive.pulley if pulley.on in on]
-    return points + [anchor.at for anchor in drive.anchor if anchor.on in on]

@@ -181,9 +181,8 @@ def crossings(follower: Follower, path: list[Station]) -> list[Crossing]:
 
     A veering: the relative gap has a least value, doubles on both sides, and the shapes are exchanged.
     """
-    found = []
-    for pair in combinations(range(path[0].frequency.size), 2):
-        found += [*_crossings(path, pair), *_veerings(follower, path, pair)]
+    pairs = combinations(range(path[0].frequency.size), 2)
+    found = (one for pair in pairs for one in _meetings(follower, path, pair))
     return sorted(found, key=lambda crossing: (crossing.value, crossing.curves))
 
 
@@ -194,7 +193,8 @@ def _gaps(path: list[Station], pair: tuple[int, int]) -> Array:
     return np.where(np.abs(gap) <= TOUCHING, 0.0, gap)
 
 
-def _crossings(path: list[Station], pair: tuple[int, int]) -> Iterator[Crossing]:
+def _meetings(follower: Follower, path: list[Station], pair: tuple[int, int]) -> Iterator[Crossing]:
+    """Crossings, then veerings of two curves."""
     gap = _gaps(path, pair)
     apart = np.flatnonzero(gap)
     for a, b in pairwise(apart):
@@ -207,10 +207,7 @@ def _crossings(path: list[Station], pair: tuple[int, int]) -> Iterator[Crossing]
         nearest = min(path[a : b + 1], key=lambda station: abs(station.value - value))
         frequency = float(np.mean(nearest.frequency[list(pair)]))
         yield Crossing(kind="crossing", value=float(value), frequency=frequency, gap=0.0, curves=pair)
-
-
-def _veerings(follower: Follower, path: list[Station], pair: tuple[int, int]) -> Iterator[Crossing]:
-    gap = np.abs(_gaps(path, pair))
+    gap = np.abs(gap)
     for i in range(1, len(path) - 1):
         if 0.0 < gap[i] < gap[i - 1] and gap[i] <= gap[i + 1]:
             closest = _closest(follower, path[i - 1 : i + 2], pair)

@@ -132,10 +132,26 @@ class PreparedMotion:
         parametric: bool = True,
     ) -> Extremes:
         """Largest displacements along the motion; ``floor`` [m] of every mode begins at ``phase`` [rad]."""
-        stages = [(numbers, torque * part) for numbers, part in _stages(self, detuned)]
+        stages = [(numbers, torque * part) for numbers, part in self._stages(detuned)]
         if not parametric:
             stages = [(numbers._replace(table=0.0 * numbers.table), part) for numbers, part in stages]
         return sagging.integrate(stages, self.h, floor=floor, phase=phase)[0]
+
+    def _stages(self, detuned: float) -> list[tuple[SaggingNumbers, Array]]:
+        """One stage where nothing changes; else `PARTS` between neighbouring knots, coefficients between."""
+        known = zip(self.models, self.states, strict=True)
+        numbers = [sagging.numbers_of(model, state, self.h, detuned) for model, state in known]
+        if len(numbers) == 1:
+            return [(numbers[0], self.torque)]
+        edges = np.linspace(0, self.torque.size, (len(numbers) - 1) * PARTS + 1).round().astype(int)
+        stages = []
+        for piece, (start, end) in enumerate(itertools.pairwise(edges)):
+            knot, share = piece // PARTS, (piece % PARTS + 0.5) / PARTS
+            one, other = numbers[knot]._asdict(), numbers[knot + 1]._asdict()
+            changing = one.keys() - {"counts", "followers"}
+            mixed = {name: (1.0 - share) * one[name] + share * other[name] for name in changing}
+            stages.append((numbers[knot]._replace(**mixed), self.torque[start:end]))
+        return stages
 
 
 def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:
@@ -235,22 +251,3 @@ def _tensions(
     duration = h * torque.size
     size = amplitudes(relative).max(axis=1)
     return size, 2 * pi * np.arange(size.size) / duration, duration
-
-
-def _stages(motion: PreparedMotion, detuned: float) -> list[tuple[SaggingNumbers, Array]]:
-    """One stage where nothing changes; else `PARTS` between neighbouring knots, coefficients in between."""
-    numbers = [
-        sagging.numbers_of(m, s, motion.h, detuned) for m, s in zip(motion.models, motion.states, strict=True)
-    ]
-    if len(numbers) == 1:
-        return [(numbers[0], motion.torque)]
-    pieces = (len(numbers) - 1) * PARTS
-    edges = np.linspace(0, motion.torque.size, pieces + 1).round().astype(int)
-    stages = []
-    for piece, (start, end) in enumerate(itertools.pairwise(edges)):
-        knot, share = piece // PARTS, (piece % PARTS + 0.5) / PARTS
-        one, other = numbers[knot]._asdict(), numbers[knot + 1]._asdict()
-        changing = one.keys() - {"counts", "followers"}
-        mixed = {name: (1.0 - share) * one[name] + share * other[name] for name in changing}
-        stages.append((numbers[knot]._replace(**mixed), motion.torque[start:end]))
-    return stages

@@ -1,7 +1,7 @@
 """A planned motion of a machine with routes: its poses, their modes, the pairs that come near resonance."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, pi
 
@@ -43,17 +43,36 @@ class RoutePath:
     # torque, pushed: (steps + 1, motors): [N m]; in the middle of each step
     torque: Array
     pushed: Array
-    # along, along_rate: (steps + 1, q): longitudinal modes [m sqrt(kg)], [m sqrt(kg)/s]
-    along: Array
-    along_rate: Array
     ambiguous: tuple[str, ...] = ()  # modes that change too much between two poses to be followed
+
+    @cached_property
+    def driven(self) -> tuple[Array, Array]:
+        """Longitudinal modes under the torque, [m sqrt(kg)], and their rates [1/s], shape (steps + 1, q).
+
+        Rotations are exact, damping acts around them.
+        """
+        h = float(self.time[1] - self.time[0])
+        middle = 0.5 * (self.here[1:] + self.here[:-1])
+        omega, loss, turn = (self.at(name, middle) for name in ("along", "along_loss", "along_turn"))
+        rest = np.einsum("iqm,im->iq", turn, self.pushed) / omega**2
+        cosine, sine, decay = np.cos(omega * h), np.sin(omega * h), np.exp(-0.5 * h * loss)
+        x, v = np.zeros(omega.shape[1]), np.zeros(omega.shape[1])
+        places, rates = np.zeros((self.time.size, x.size)), np.zeros((self.time.size, x.size))
+        for i in range(len(omega)):
+            v = v * decay[i]
+            x, v = (
+                rest[i] + (x - rest[i]) * cosine[i] + v / omega[i] * sine[i],
+                decay[i] * (v * cosine[i] - (x - rest[i]) * omega[i] * sine[i]),
+            )
+            places[i + 1], rates[i + 1] = x, v
+        return places, rates
 
     @cached_property
     def swing(self) -> Array:
         """Longitudinal modes in the middle of each step, of fourth order, shape (steps, q)."""
+        along, rate = self.driven
         h = float(self.time[1] - self.time[0])
-        mean = 0.5 * (self.along[1:] + self.along[:-1])
-        return np.asarray(mean - 0.125 * h * np.diff(self.along_rate, axis=0))
+        return np.asarray(0.5 * (along[1:] + along[:-1]) - 0.125 * h * np.diff(rate, axis=0))
 
     @cached_property
     def _stacked(self) -> dict[str, Array]:
@@ -95,7 +114,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
     torque, pushed = (
         np.column_stack([np.interp(t, motion.time, row) for row in rows]) for t in (time, middle)
     )
-    path = RoutePath(
+    return RoutePath(
         poses=tuple(poses),
         snapshots=tuple(snapshots),
         ambiguous=tuple(ambiguous),
@@ -103,11 +122,7 @@ def path_of(drive: RoutedDrive, motion: PlannedMotion) -> RoutePath:
         here=np.interp(time, motion.time, here),
         torque=torque,
         pushed=pushed,
-        along=np.empty(0),
-        along_rate=np.empty(0),
     )
-    along, rate = _driven(path)
-    return replace(path, along=along, along_rate=rate)
 
 
 def poses_along(
@@ -211,25 +226,6 @@ def torques_of(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
     return [motion.torque, *(motion.torques.get(name, np.zeros(motion.time.size)) for name in others)]
 
 
-def _driven(path: RoutePath) -> tuple[Array, Array]:
-    """Longitudinal modes under the torque: exact rotations, damping around them."""
-    h = float(path.time[1] - path.time[0])
-    middle = 0.5 * (path.here[1:] + path.here[:-1])
-    omega, loss, turn = (path.at(name, middle) for name in ("along", "along_loss", "along_turn"))
-    rest = np.einsum("iqm,im->iq", turn, path.pushed) / omega**2
-    cosine, sine, decay = np.cos(omega * h), np.sin(omega * h), np.exp(-0.5 * h * loss)
-    x, v = np.zeros(omega.shape[1]), np.zeros(omega.shape[1])
-    places, rates = np.zeros((path.time.size, x.size)), np.zeros((path.time.size, x.size))
-    for i in range(len(omega)):
-        v = v * decay[i]
-        x, v = (
-            rest[i] + (x - rest[i]) * cosine[i] + v / omega[i] * sine[i],
-            decay[i] * (v * cosine[i] - (x - rest[i]) * omega[i] * sine[i]),
-        )
-        places[i + 1], rates[i + 1] = x, v
-    return places, rates
-
-
 INSTANTS = 2000
 
 
@@ -262,7 +258,7 @@ def passages_of(path: RoutePath) -> tuple[Passage, ...]:
     # Of each longitudinal mode about where the torque holds it.
     omega, turn = path.at("along", path.here), path.at("along_turn", path.here)
     rest = np.einsum("iqm,im->iq", turn, path.torque) / omega**2
-    amplitude = np.hypot(path.along - rest, path.along_rate / omega)[picked]
+    amplitude = np.hypot(path.driven[0] - rest, path.driven[1] / omega)[picked]
     strength, hertz = np.abs(coupling).max(axis=0), (along / (2.0 * pi), across / (2.0 * pi))
     found = []
     for q, natural in enumerate(along.T):

@@ -104,7 +104,13 @@ def choose_reduced_model(
     """The simplest model whose neglected springs wind up by less than a tenth of ``error`` [rad]."""
     allowed = error if error is not None else one_count(drive)
     tolerance = NEGLIGIBLE * allowed
-    windups = neglected_windup(drive, motion)
+    # Largest twist along the motion of the springs that each model takes as rigid [rad at the load].
+    chain, gear = plant_chain(drive, None), drive.load_pulley.radius / drive.drive_pulley.radius
+    time = np.linspace(0.0, motion.trajectory.duration, 2001)
+    acceleration = gear * float(np.abs(motion.trajectory(time, 2)[2]).max())
+    pulled = np.cumsum(acceleration * np.array(chain.inertias[:0:-1]))
+    cable, joint = [*(pulled / chain.stiffness[::-1] / gear).tolist(), 0.0][:2]
+    windups = {1: cable + joint, 2: cable, 3: joint, 4: 0.0}
     evidence = tuple(
         ModelEvidence(model=q.model, words=MODEL_WORDS[q.model], holds=q.holds_5, windup=windups[q.model])
         for q in qualities
@@ -118,20 +124,6 @@ def choose_reduced_model(
     if least:
         reason += f"; simpler models neglect more than the {tolerance / DEGREE:.3g} deg allowed: {least}"
     return ModelResult(chosen=chosen, tolerance=tolerance, evidence=evidence, reason=reason)
-
-
-def neglected_windup(drive: Drive, motion: Motion) -> dict[int, float]:
-    """Largest twist along a motion of the springs that each model takes as rigid [rad at the load]."""
-    chain = plant_chain(drive, None)
-    gear = drive.load_pulley.radius / drive.drive_pulley.radius
-    time = np.linspace(0.0, motion.trajectory.duration, 2001)
-    acceleration = gear * float(np.abs(motion.trajectory(time, 2)[2]).max())
-    torque, twists = 0.0, []
-    for inertia, stiffness in zip(chain.inertias[:0:-1], chain.stiffness[::-1], strict=True):
-        torque += inertia * acceleration
-        twists.append(torque / stiffness / gear)
-    cable, joint = twists[0], (twists[1] if len(twists) > 1 else 0.0)
-    return {1: cable + joint, 2: cable, 3: joint, 4: 0.0}
 
 
 RIPPLE_SHARE = 0.05

@@ -28,7 +28,7 @@ from cabledrive.studies.study import stage_cache
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, no_laws, try_laws
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageCase
-from cabledrive.studies.study.check_stage import CheckResult, check, goals_for
+from cabledrive.studies.study.check_stage import check, goals_for
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals, error_unit, goal_of
 from cabledrive.studies.study.machine import mechanical
@@ -94,7 +94,9 @@ def run_study(
     hashes = [file.sha256 for file in files]
     note("[1/8] check of drive and data")
     checked = cache.staged("check", check, drive, records, hashes)
-    plant = plant_of(drive, goals, cache, checked)
+    plant: Plant = LoadPlant(drive=drive, goals=goals, cache=cache, no_models="; ".join(checked.missing))
+    if drive.carriage and not checked.missing:
+        plant = CarriagePlant(drive=drive, goals=goals, cache=cache)
     note("[2/8] identification from the logs")
     known = plant.quantities(records)
     plant = plant.knowing(known)
@@ -124,13 +126,6 @@ def run_study(
     inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": hashes}
     verdict, key = judge(Findings(**stages)), stage_cache.key_of("study", {**inputs, "goals": goals})
     return StudyResult(drive=drive, modes=modes, verdict=verdict, key=key, **stages)
-
-
-def plant_of(drive: Drive, goals: Goals, cache: StageCache, checked: CheckResult) -> Plant:
-    """The plant that a drive is; one that no controller can be designed for is asked for its loads alone."""
-    if drive.carriage and not checked.missing:
-        return CarriagePlant(drive=drive, goals=goals, cache=cache)
-    return LoadPlant(drive=drive, goals=goals, cache=cache, no_models="; ".join(checked.missing))
 
 
 COUNT = 6
