@@ -83,17 +83,16 @@ def swept_path(steps, rate):
         )
 
     time = np.linspace(0.0, 4.0, steps + 1)
-    along = np.cos(60.0 * time)[:, None]
-    return RoutePath(
+    path = RoutePath(
         poses=({}, {}),
         snapshots=(snapshot(0.97), snapshot(1.02)),
         time=time,
         here=rate * time / 4.0,
         torque=np.full((steps + 1, 1), 1e-3),
         pushed=np.full((steps, 1), 1e-3),
-        along=along,
-        along_rate=-60.0 * np.sin(60.0 * time)[:, None],
     )
+    path.__dict__["driven"] = np.cos(60.0 * time)[:, None], -60.0 * np.sin(60.0 * time)[:, None]
+    return path
 
 
 def test_a_sweep_through_resonance_grows_as_a_general_integrator_has_it(measured):

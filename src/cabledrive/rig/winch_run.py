@@ -314,7 +314,7 @@ def drawn_gusts(setup: Setup, rng: np.random.Generator) -> Array:
 
 
 DIFFERENCE = 1e-6
-_SLOW, _AT_ONE = 0.2, 1e-12
+_SLOW = 0.2
 
 
 def loop_poles(
@@ -355,10 +355,3 @@ def loop_poles(
     ]
     values = np.linalg.eigvals(size[:, None] ** -1 * np.array(columns).T)
     return np.asarray(np.log(values[np.abs(values) > _SLOW]) / gains.interval)
-
-
-def least_damping(machine: TwoMotors, gains: TensionGains, places: Array, rig: RigNumbers) -> float:
-    """Least damping ratio of all poles over some places, shape (places, m); negative: unstable."""
-    poles = np.concatenate([loop_poles(machine, gains, place, rig) for place in places])
-    poles = poles[np.abs(poles) > _AT_ONE]
-    return float((-poles.real / np.abs(poles)).min())

@@ -10,7 +10,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED, TwoMotors
 from cabledrive.rig.setting import none
 from cabledrive.rig.winch_plan import Setup
-from cabledrive.rig.winch_run import PlantRun, TwoMotorTracking, bound_of_place, least_damping, part_used
+from cabledrive.rig.winch_run import PlantRun, TwoMotorTracking, bound_of_place, loop_poles, part_used
 
 NAMES = {
     "mass": "mass of the body",
@@ -31,7 +31,7 @@ ALWAYS = (
 Flags = NDArray[np.bool_]
 
 CONTROLLER = "tension-position"
-_AT_LIMIT = 1.0 - 1e-9
+_AT_LIMIT, _AT_ONE = 1.0 - 1e-9, 1e-12
 PLACES = 8
 """At which the poles of the loop are computed."""
 _TOLD = 1e-3
@@ -114,8 +114,9 @@ def summarize(
         "seed": seed,
     }
     places = setup.table[:: max(1, len(setup.table) // PLACES), :m]
-    damping = least_damping(machine.numbers, gains, places, done.rig)
-    summary["least_damping"] = damping
+    poles = np.concatenate([loop_poles(machine.numbers, gains, place, done.rig) for place in places])
+    poles = poles[np.abs(poles) > _AT_ONE]
+    summary["least_damping"] = damping = float((-poles.real / np.abs(poles)).min())
     broken = _broken(setup, force, saturated)
     if damping <= 0.0:
         broken.append("the linearised loop is unstable on the way: lower the bandwidth")

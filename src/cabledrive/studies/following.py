@@ -91,7 +91,9 @@ class Follower:
         from scipy.optimize import linear_sum_assignment
 
         curves = here.frequency.size
-        beside = self._beside(here)
+        # The modes there that are not followed, up to a few above the highest that is.
+        every = np.arange(int(here.places.max()) + 1 + _GUARDS)
+        beside = _part(self.modes_at(here.value, every.size), np.setdiff1d(every, here.places))
         shapes = np.hstack((here.shapes, beside.shapes))
         count = shapes.shape[1] + _GUARDS
         while True:  # so many modes that most of each shape is among them
@@ -111,12 +113,6 @@ class Follower:
         wide = (np.abs(gaps[0]) > TOUCHING * before) & (np.abs(gaps[1]) > TOUCHING * after)
         sure = bool(certain[:curves].all()) and not np.any((gaps[0] * gaps[1] < 0.0) & wide)
         return _part(found, chosen[:curves]), sure
-
-    def _beside(self, here: Station) -> Station:
-        """The modes at a station that are not followed, up to a few above the highest that is."""
-        count = int(here.places.max()) + 1 + _GUARDS
-        known = self.modes_at(here.value, count)
-        return _part(known, np.setdiff1d(np.arange(count), here.places))
 
 
 def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields, is_dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -62,14 +62,6 @@ def unit_in_file(drive: Drive | RoutedDrive, key: str) -> str:
     return str(metadata.get("unit", ""))
 
 
-def value_of(drive: Drive | RoutedDrive, key: str) -> Any:
-    """Value of a key, in SI; None where the drive states none."""
-    try:
-        return _located(drive, key)[2]
-    except InputRefused:
-        return None
-
-
 def _moves(drive: Drive | RoutedDrive, key: str) -> bool:
     """Whether a key moves a body."""
     name, dot, last = key.rpartition(".")
@@ -78,8 +70,8 @@ def _moves(drive: Drive | RoutedDrive, key: str) -> bool:
     return name in [body.name for body in drive.body]
 
 
-def _located(drive: Drive | RoutedDrive, key: str) -> tuple[Steps, Field[Any], Any]:
-    """The way to a key by fields and numbers of entries, its field and its value."""
+def _located(drive: Drive | RoutedDrive, key: str) -> tuple[Steps, Field[Any]]:
+    """The way to a key by fields and numbers of entries, and its field."""
     part: Any = drive
     steps: list[Any] = []
     left = key.split(".")
@@ -97,7 +89,7 @@ def _located(drive: Drive | RoutedDrive, key: str) -> tuple[Steps, Field[Any], A
             raise InputRefused(f'"{key}": this drive has no [{field.name}]: add the table to its file')
     if isinstance(part, tuple) or is_dataclass(part):
         raise InputRefused(f'"{key}" names a part and none of its quantities: add one, such as .inertia')
-    return tuple(steps), field, part
+    return tuple(steps), field
 
 
 def _entry(table: tuple[Any, ...], path: list[str], key: str) -> tuple[int, list[str]]:
@@ -192,18 +184,16 @@ def frequency_against(
     if not 0 < modes <= MOST_MODES:
         raise InputRefused(f"modes = {modes} must lie between 1 and {MOST_MODES}: follow fewer at a time")
     ordered, place = np.unique(array, return_inverse=True)
-    drives = {float(value): varied_together(drive, {key: value}) for value in ordered}
-
-    def drive_at(value: float) -> Drive:
-        return drives.get(value) or varied_together(drive, {key: value})
-
+    drive_at = cache(lambda value: varied_together(drive, {key: float(value)}))
+    for value in ordered:  # refused before anything is followed
+        drive_at(value)
     follower = Follower(drive_at, cells=256 + 16 * modes)
     path = _complete_path(follower, ordered, modes)
     stations = {station.value: station for station in path}
     shown = [stations[float(value)] for value in ordered]
     ranks = [np.sum(s.frequency < s.frequency[:, None] * (1 - 1e-9), axis=1) for s in shown]
     curves = np.flatnonzero(np.min(ranks, axis=0) < modes).tolist()
-    transverse = [certified_modes(drives[float(value)], count=1).transverse[0].frequency for value in ordered]
+    transverse = [certified_modes(drive_at(value), count=1).transverse[0].frequency for value in ordered]
     met = [m for m in crossings(follower, path) if set(m.curves) <= set(curves)]
     import xarray as xr
 

@@ -150,13 +150,6 @@ def _below(job: tuple[Any, ...]) -> Listed:
     return Listed(tuple(listed), found.certified, "")
 
 
-def _settings(axes: Sequence[Axis]) -> list[dict[str, float]]:
-    """Values by key at every point, in the order of `points_of`."""
-    keys = [key for axis in axes for key in axis.keys]
-    places = itertools.product(*(axis.values.T for axis in axes))
-    return [dict(zip(keys, np.concatenate(place).tolist(), strict=True)) for place in places]
-
-
 def _checked(drive: Drive | RoutedDrive, vary: Vary) -> list[Axis]:
     if not vary:
         raise InputRefused("vary: no key is given: name at least one, with its values")
@@ -185,7 +178,10 @@ def _over(grid: Grid, most: float, solve: Callable[[Any], Any]) -> tuple[list[Ax
         held = condition(drive, grid.motor)
     else:
         held = motor_condition(drive, grid.motor)
-    jobs = [(drive, setting, most, held, tuple(grid.hold)) for setting in _settings(axes)]
+    keys = [key for axis in axes for key in axis.keys]
+    rows = (np.concatenate(place).tolist() for place in itertools.product(*(axis.values.T for axis in axes)))
+    settings = (dict(zip(keys, row, strict=True)) for row in rows)  # in the order of `points_of`
+    jobs = [(drive, setting, most, held, tuple(grid.hold)) for setting in settings]
     return axes, held, _solved(jobs, grid.workers, solve)
 
 

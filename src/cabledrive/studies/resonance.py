@@ -165,8 +165,10 @@ def _reasons(
     mode = model.modes[instability.mode]
     ends = f"{mode.section[0]:.4g} m to {mode.section[1]:.4g} m"
     detuned, width = instability.distance / (2 * pi), instability.half_width / (2 * pi)
-    near = f"is detuned from 1:2 by {detuned:.4g} Hz; its instability region extends +-{width:.4g} Hz"
-    place = regions.far_from_tuning(model, instability) or near
+    place = f"is detuned from 1:2 by {detuned:.4g} Hz; its instability region extends +-{width:.4g} Hz"
+    ratio = float(model.transverse[instability.mode] / model.natural)
+    if instability.verdict == SAFE and abs(2.0 * ratio - 1.0) > regions.FAR:
+        place = f"has {ratio:.4g} times its frequency, far from 1:2"
     found = [
         f"at {torque:.4g} N m and {model.natural / (2 * pi):.4g} Hz (pulley mode): transverse mode "
         f"{mode.number} of the {mode.span} span, {ends}, {place}"

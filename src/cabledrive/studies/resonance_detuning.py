@@ -87,21 +87,6 @@ def instability_margin(model: AutoparametricModel, torque: float) -> Instability
     )
 
 
-def far_from_tuning(model: AutoparametricModel, found: InstabilityMargin) -> str:
-    """Where a safe mode stands that is too far from 1:2 for a detuning; nothing where it is not."""
-    ratio = float(model.transverse[found.mode] / model.natural)
-    far = found.verdict == SAFE and abs(2.0 * ratio - 1.0) > FAR
-    return f"has {ratio:.4g} times its frequency, far from 1:2" if far else ""
-
-
-def verdicts(model: AutoparametricModel, torque: ArrayLike) -> NDArray[np.str_]:
-    """Verdict of `instability_margin` under a torque, shape (lanes,) [N m], on each lane of a model."""
-    *_, distance, width = _against_regions(model, torque)
-    mode = np.argmin(distance - CLOSE * width, axis=0)[None]
-    near, half = (np.take_along_axis(values, mode, axis=0)[0] for values in (distance, width))
-    return _verdict(near, half)
-
-
 def _against_regions(
     model: AutoparametricModel, torque: ArrayLike
 ) -> tuple[AveragedCoefficients, Array, Array, Array, Array]:
@@ -152,6 +137,9 @@ def many_resonances(loops: LoopBatch, torque: Array) -> ResonanceBatch:
         tuned = np.where(reached, wanted / (1.0 - wanted / loops.rigidity), np.nan)
         here = many_models(loops, modes, rest)
         at_tuning = many_models(loops, modes, straight_spans(loops, tuned))
+        *_, distance, width = _against_regions(here, torque)
+        mode = np.argmin(distance - CLOSE * width, axis=0)[None]
+        distance, width = (np.take_along_axis(values, mode, axis=0)[0] for values in (distance, width))
         allowed = ~reached | ((tuned >= SMALLEST) & (tuned <= LARGEST))
         return ResonanceBatch(
             done=found & (phase < LARGEST_PHASE) & allowed & (rest.lowest > 0.0),
@@ -160,7 +148,7 @@ def many_resonances(loops: LoopBatch, torque: Array) -> ResonanceBatch:
             threshold_torque=np.where(reached, _finite(tuned_threshold(at_tuning)), np.nan),
             threshold_here=_finite(threshold_torque(here)),
             pulley_frequency=omega / (2.0 * np.pi),
-            verdict=verdicts(here, torque),
+            verdict=_verdict(distance, width),
         )
 
 

@@ -136,7 +136,9 @@ def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | 
     asked = spec.rows(still)[:, first:].reshape(spec.samples, len(PARAMETERS), first + m)
     rows = np.zeros((1 + m, max(base.rows.shape[1], m)))
     rows[0, : base.rows.shape[1]], rows[1:, :m] = base.rows[0], white
-    spread, low, high = believed(chain, kind.inertia_spread)
+    coulomb, viscous, inertia = max(chain.coulomb[0], 1e-9), max(chain.viscous[0], 1e-9), chain.inertias[-1]
+    spread = np.array([0.5 * coulomb, viscous, kind.inertia_spread * inertia])  # deviations at the beginning
+    low, high = np.array([[0.0, 0.0, -0.7 * inertia], [2.0 * coulomb, 5.0 * viscous, 3.0 * inertia]])
     share = spec.interval / m  # each sample brings m innovations
     law = LawNumbers(
         kind=LEARNING,
@@ -159,14 +161,6 @@ def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | 
         generator=generator,
         load_motion=LoadMotion(chain=chain, states=asked[:, :, : first - 1].transpose(1, 0, 2)),
     )
-
-
-def believed(chain: LumpedChain, inertia_spread: float) -> tuple[Array, Array, Array]:
-    """Deviation and bounds of the load's Coulomb and viscous friction and inertia, shape (3,) each."""
-    coulomb, viscous, inertia = max(chain.coulomb[0], 1e-9), max(chain.viscous[0], 1e-9), chain.inertias[-1]
-    spread = np.array([0.5 * coulomb, viscous, inertia_spread * inertia])
-    low, high = [0.0, 0.0, -0.7 * inertia], [2.0 * coulomb, 5.0 * viscous, 3.0 * inertia]
-    return spread, np.array(low), np.array(high)
 
 
 def _own_filter(spec: DesignSpec, name: str) -> tuple[ObserverNumbers, Array, KalmanTuning]:
@@ -304,23 +298,6 @@ def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     return Bounds(nominal=printed.nominal, low=printed.nominal - half, high=printed.nominal + half)
 
 
-def rebuilt(loop: Loop, spec: DesignSpec, found: Learnt) -> Loop:
-    """The loop with law, reference and filter, at its settled gain, made for what was learnt."""
-    first, number = loop.controller, loop.controller.model
-    chain = learnt_chain(spec.model(number), found)
-    same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]))
-    made = chain_law(
-        same, number, damped=True, tuning=first.tuning, chain=chain, bounds=learnt_bounds(chain, found)
-    )
-    gains = first.gains | made.gains | {"beta": float(found.load.values[0])}
-    made = replace(made, name=INDIRECT, gains=gains)
-    drive, options = spec.drive, loop.options
-    sampling = replace(spec, plant=None).sampling
-    fitted = fitted_encoders(drive, None if made.filter_model is None else made.shafts)
-    observer = fit_observer(made, (chain, loop.chain), fitted, options, sampling, settled=True)
-    return replace(loop, controller=made, observer=observer)
-
-
 def run_indirect(spec: DesignSpec, loop: Loop) -> tuple[Loop, Run, Learnt | None]:
     """Run one pulse, learn, make all anew in the dwell, run the rest; the last loop, and what was learnt."""
     pause = loop.rig.first_end
@@ -330,9 +307,21 @@ def run_indirect(spec: DesignSpec, loop: Loop) -> tuple[Loop, Run, Learnt | None
     if pause == len(loop.target) - 1:
         return loop, _rest(loop, early, pause), None
     found = learn(loop, spec, early, pause)
-    if found.excited:
-        loop = rebuilt(loop, spec, found)
-        early.state.controller.parameters[:4] = loop.controller.start
+    if found.excited:  # law, reference and filter, at its settled gain, for what was learnt
+        first, number = loop.controller, loop.controller.model
+        chain = learnt_chain(spec.model(number), found)
+        same, bounds = (
+            replace(spec, bandwidth=float(first.gains["bandwidth_hz"])),
+            learnt_bounds(chain, found),
+        )
+        made = chain_law(same, number, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
+        gains = first.gains | made.gains | {"beta": float(found.load.values[0])}
+        made = replace(made, name=INDIRECT, gains=gains)
+        fitted = fitted_encoders(spec.drive, None if made.filter_model is None else made.shafts)
+        sampling, chains = replace(spec, plant=None).sampling, (chain, loop.chain)
+        observer = fit_observer(made, chains, fitted, loop.options, sampling, settled=True)
+        loop = replace(loop, controller=made, observer=observer)
+        early.state.controller.parameters[:4] = made.start
     return loop, _rest(loop, early, pause), found
 
 

@@ -195,12 +195,6 @@ def goals_of(content: Mapping[str, Any]) -> Goals:
     return Goals(spreads=SPREADS | spreads, columns=column_map(plain_tables["log"]), **found)
 
 
-def motion_of(goals: Goals) -> dict[str, Any]:
-    """The motion as plain data."""
-    names = ("angle", "duration", "dwell", "pulses", "order")
-    return {name: getattr(goals, name) for name in names}
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorUnit:
     """A unit of an error."""

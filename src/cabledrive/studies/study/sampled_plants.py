@@ -104,16 +104,6 @@ def with_values(loop: Loop, values: Mapping[str, float], phases: np.ndarray | No
     return replace(fresh, rig=rig)
 
 
-def crept(loop: Loop, values: Mapping[str, float]) -> float:
-    """Largest angle by which a rope that creeps on its pulley is off along the motion [rad at the load]."""
-    if "creep" not in values:
-        return 0.0
-    speed = np.gradient(loop.target, loop.rig.interval)
-    pull = loop.chain.inertias[-1] * np.gradient(speed, loop.rig.interval)
-    path = np.cumsum(pull * np.abs(speed)) * loop.rig.interval
-    return float(values["creep"] * np.abs(path).max() / loop.gear)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
     """What one run left."""
@@ -143,7 +133,12 @@ class LoadLoop:
         share = found["saturated"] / len(moved.target)
         if done.failed:
             return Score(peak=None, torque=None, saturated=share)
-        peak = found["peak"] / moved.gear + values.get("eccentricity", 0.0) + crept(moved, values)
+        peak = found["peak"] / moved.gear + values.get("eccentricity", 0.0)
+        if "creep" in values:  # the largest angle by which the rope is then off along the motion
+            speed = np.gradient(moved.target, moved.rig.interval)
+            pull = moved.chain.inertias[-1] * np.gradient(speed, moved.rig.interval)
+            path = np.cumsum(pull * np.abs(speed)) * moved.rig.interval
+            peak += float(values["creep"] * np.abs(path).max() / moved.gear)
         return Score(peak=peak, torque=found["peak_torque"], saturated=share)
 
     def history(self, values: Mapping[str, float], phases: Array) -> dict[str, Array]:
