@@ -129,16 +129,6 @@ class TriedLaws:
     runs: AcceptanceResult
     cable: AcceptanceResult
 
-    @property
-    def score(self) -> AcceptanceResult | None:
-        """The runs of the chosen law on the plants that decide first; None: no law was run."""
-        return None if self.chosen is None else self.runs
-
-    @property
-    def cable_score(self) -> AcceptanceResult | None:
-        """The same on the distributed cable; None: it was not run there."""
-        return self.cable if self.cable.draws else None
-
 
 def no_laws(plant: str, reason: str, cable: str, scores: Sequence[AcceptanceResult] = ()) -> TriedLaws:
     """No law is chosen; ``reason``, ``cable``: why there are no runs on either kind of plant."""

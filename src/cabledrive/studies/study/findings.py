@@ -103,9 +103,7 @@ def rounded_up(value: float) -> float:
     return float(f"{ceil(value / scale - 1e-9) * scale:.2g}")
 
 
-def reached_words(
-    chosen: AcceptanceResult, cable: AcceptanceResult | None, goals: Goals, unit: ErrorUnit
-) -> str:
+def reached_words(chosen: AcceptanceResult, cable: AcceptanceResult, goals: Goals, unit: ErrorUnit) -> str:
     """What is reached without a goal."""
     move, reached = move_words(goals), chosen.reached
     if reached is None or reached.error is None:
@@ -113,21 +111,19 @@ def reached_words(
         return f"no error goal given; {chosen.law.controller} at {move}: {early}"
     words = f"no error goal given; {chosen.law.controller} follows {move} within {unit.words(reached.error)}"
     words += f" in {percent(reached.share)} of the plants, {100 * reached.confidence:g} % confidence"
-    if cable is not None and cable.reached is not None and cable.reached.error is not None:
+    if cable.reached is not None and cable.reached.error is not None:
         inside = f"{unit.words(cable.reached.error)} in {percent(cable.reached.share)}"
         return f"{words}; on the distributed cable within {inside}"
     return words + _only(chosen)
 
 
-def held_words(
-    chosen: AcceptanceResult, cable: AcceptanceResult | None, goals: Goals, unit: ErrorUnit
-) -> list[str]:
+def held_words(chosen: AcceptanceResult, cable: AcceptanceResult, goals: Goals, unit: ErrorUnit) -> list[str]:
     """What is reached where the goal is held; ``chosen``: with a goal."""
     goal = goal_of(goals)
     assert goal is not None
     first = f"{chosen.law.controller} follows {move_words(goals)} within the goal of {unit.words(goal)}"
-    first += _only(chosen) if cable is None else ""
-    return [first, *(_share_words(one) for one in (chosen, cable) if one is not None)]
+    first += "" if cable.draws else _only(chosen)
+    return [first, *(_share_words(one) for one in (chosen, cable) if one.draws)]
 
 
 def _only(chosen: AcceptanceResult) -> str:

@@ -13,7 +13,7 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.rig.setting import control_delay, current_rate
 from cabledrive.studies.study import findings
-from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, ReachedError
+from cabledrive.studies.study.acceptance_stage import ENOUGH, ReachedError
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageModel
 from cabledrive.studies.study.goals import error_unit, goal_of
@@ -71,7 +71,7 @@ class Verdict:
 
 def judge(found: findings.Findings) -> Verdict:
     """Put the stages together."""
-    goals, chosen = found.goals, found.laws.score
+    goals, chosen = found.goals, found.runs
     refusals, remedies = _refusals(found)
     if refusals:
         certain = goal_of(goals) is not None and not goals.assumed
@@ -79,10 +79,10 @@ def judge(found: findings.Findings) -> Verdict:
     elif found.check.missing:
         carries = found.known is not None and bool(found.known.carriage)
         answer, reasons, remedies = UNKNOWN, list(found.check.missing), [OTHER if carries else COMPLETE]
-    elif chosen is None:
-        answer, reasons, remedies = UNKNOWN, [found.runs.reason], ["sample faster, or fit finer encoders"]
+    elif not chosen.draws:
+        answer, reasons, remedies = UNKNOWN, [chosen.reason], ["sample faster, or fit finer encoders"]
     else:
-        answer, reasons, remedies = _by_acceptance(found, chosen)
+        answer, reasons, remedies = _by_acceptance(found)
     if goals.assumed:
         reasons = [f"{reasons[0]} ({goals.assumed})", *reasons[1:]]
     margins = [
@@ -91,8 +91,8 @@ def judge(found: findings.Findings) -> Verdict:
         if demand.limit is not None
     ]
     goal, bound = goal_of(goals), _bound(found)
-    for one in (chosen, found.laws.cable_score):
-        if goal is not None and one and one.reached and one.reached.error is not None:
+    for one in (chosen, found.cable):
+        if goal is not None and one.reached and one.reached.error is not None:
             name, unit = f"error, {one.plant}", error_unit(goals).si
             margins.append(Margin(name=name, value=one.reached.error, allowed=goal, unit=unit))
     if goal is not None and bound is not None:
@@ -103,7 +103,7 @@ def judge(found: findings.Findings) -> Verdict:
         remedies=tuple(dict.fromkeys(remedies)),
         margins=tuple(margins),
         cautions=_cautions(found, reasons),
-        reached=None if chosen is None else chosen.reached,
+        reached=chosen.reached,
     )
 
 
@@ -136,8 +136,8 @@ def _refusals(found: findings.Findings) -> tuple[list[str], list[str]]:
     return reasons, remedies
 
 
-def _by_acceptance(found: findings.Findings, chosen: AcceptanceResult) -> tuple[str, list[str], list[str]]:
-    goals, unit, cable = found.goals, error_unit(found.goals), found.laws.cable_score
+def _by_acceptance(found: findings.Findings) -> tuple[str, list[str], list[str]]:
+    goals, unit, chosen, cable = found.goals, error_unit(found.goals), found.runs, found.cable
     goal, known = goal_of(goals), found.knowledge
     # What makes the plants of the acceptance other than the machine that was logged.
     doubts = [f"the log contradicts the assumptions: {one}" for one in known.findings if one.decides]
@@ -152,9 +152,7 @@ def _by_acceptance(found: findings.Findings, chosen: AcceptanceResult) -> tuple[
                 f', such as error = "{findings.rounded_up(unit.of(chosen.reached.error)):g} {unit.name}"'
             )
         return UNKNOWN, [*doubts, findings.reached_words(chosen, cable, goals, unit)], [remedy, *correct]
-    short = [
-        words for one in (chosen, cable) if one is not None for words in findings.short_of(one, goal, unit)
-    ]
+    short = [words for one in (chosen, cable) for words in findings.short_of(one, goal, unit)]
     off, words = _coupling(found)
     if off and chosen.reached and chosen.reached.error is not None and chosen.reached.error + off > goal:
         short += words
@@ -180,7 +178,7 @@ def _bound(found: findings.Findings) -> float | None:
 
 
 def _cautions(found: findings.Findings, reasons: Sequence[str]) -> tuple[str, ...]:
-    said = (one for one in found.knowledge.findings if found.laws.score is None or one.id == "slip")
+    said = (one for one in found.knowledge.findings if found.laws.chosen is None or one.id == "slip")
     words = [f"the log: {one}" for one in said]
     words += found.knowledge.undetermined if not found.knowledge.open_names else ()
     if found.knowledge.residual is None:
