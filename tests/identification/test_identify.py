@@ -14,7 +14,6 @@ from cabledrive.identification import estimates, signals
 from cabledrive.identification.axis.answer import IdentifyOptions
 from cabledrive.identification.axis.axis import LAG, AxisOptions, _without_lag, axis_of, stacked
 from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
-from cabledrive.identification.axis.simulated import with_own_error
 from cabledrive.identification.axis.timing import given_timing
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import identify
@@ -329,17 +328,6 @@ def test_an_instant_that_the_regression_cannot_tell_widens_what_it_would_move():
     columns = np.column_stack([x, y, 3.0 * x + 1e-3 * small])
     found = _without_lag(stacked(("first", "second", LAG), [(columns, 2.0 * x + 0.1 * noise)]), 0.5)
     np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), [1.5, 0.1 / np.sqrt(1000.0)], rtol=0.1)
-
-
-@pytest.mark.parametrize("push", [1e5, -1e5])
-def test_errors_of_inverse_dynamics_are_unknown_where_its_axis_runs_away_to_either_side(log, push):
-    found = identify(log, PLAIN, method="inverse-dynamics")
-    pushed = replace(log, channels={**log.channels, "torque": log.channel("torque") + push})
-    told = [
-        with_own_error(axis_of([one], AxisOptions()), found).method.get("own_error", "")
-        for one in (log, pushed)
-    ]
-    assert ["diverges" in one for one in told] == [False, True], told
 
 
 # --- A polygon through logged torques: what its corners must be for the sine that acted

@@ -7,11 +7,17 @@ from operator import itemgetter
 import numpy as np
 
 from cabledrive.identification.axis import check
-from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of
-from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of
+from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of, values_of
+from cabledrive.identification.axis.observer import (
+    NotReproduced,
+    best_bandwidth,
+    run_of,
+    twin_axes,
+    unseen,
+)
 from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
-from cabledrive.identification.axis.simulated import NOT_FOLLOWED, refined, with_own_error
+from cabledrive.identification.axis.simulated import NOT_FOLLOWED, SEED, refined
 from cabledrive.identification.axis.timing import (
     TorqueTiming,
     clock_drift,
@@ -170,6 +176,18 @@ def _by_methods(
     moved = predicted.timing.moved(axis)
     chosen = _checked(moved, _timed(by_prediction, predicted.timing), options)
     return _with_rest(chosen, predicted, turns=not axis.equation.linear) if options.check else chosen
+
+
+def with_own_error(axis: Axis, found: Identification) -> Identification:
+    """Inverse dynamics with what it misses in logs of a sound axis; said where that is not known."""
+    try:
+        fits = [twin.regressed() for twin in twin_axes(axis, values_of(found), SEED)]
+    except NotReproduced as failure:
+        return found.noting(own_error=f"not known: {failure}")
+    misses = [fit.values - found.values for fit in fits]
+    if not np.all(np.isfinite(misses)):
+        return found.noting(own_error="not known: not identifiable")
+    return found.widened(unseen(misses, [fit.covariance for fit in fits]))
 
 
 def _checked(axis: Axis, chosen: Identification, options: IdentifyOptions) -> Identification:

@@ -203,6 +203,23 @@ def observed(axis: Axis, values: Array, share: float, hold: float = HELD) -> Obs
     return Observed(tracks=tracks, bandwidths=tuple(share * best_bandwidth(t, values) for t in tracks))
 
 
+def twin_axes(axis: Axis, values: Array, seed: int) -> Iterator[Axis]:
+    """The axis with logs of a sound one that moves beside it; `NotReproduced` if no observer follows it."""
+    for twin in observed(axis, values, SLOWER).twins(values, seed):
+        torques = (0.5 * (np.append(t.torque[:1], t.torque[:-1]) + t.torque) for t in twin.tracks)
+        yield axis.having(axis.position, (t.position for t in twin.tracks)).having(axis.torque, torques)
+
+
+def unseen(misses: Sequence[Array], claimed: Sequence[Array]) -> Array:
+    """Mean products of misses beyond the covariance that was claimed for them."""
+    off = np.array(misses)
+    excess = off.T @ off / len(off) - np.mean(claimed, axis=0)
+    size = np.sqrt(np.maximum(np.mean(off**2, axis=0), 1e-300))
+    level, direction = np.linalg.eigh(excess / size[:, None] / size)
+    kept = size[:, None] * direction * np.sqrt(np.maximum(level, 0.0))
+    return np.asarray(kept @ kept.T)
+
+
 def between_samples(values: Array, share: float = CORNER) -> Array:
     r"""Corners of a polygon that runs through the band of a signal without loss.
 

@@ -15,8 +15,7 @@ import numpy as np
 
 from cabledrive.identification.axis import observer
 from cabledrive.identification.axis.axis import BASE, Axis, values_of
-from cabledrive.identification.axis.observer import NotReproduced, Observed, Prediction
-from cabledrive.identification.axis.simulated import unseen
+from cabledrive.identification.axis.observer import NotReproduced, Observed, Prediction, unseen
 from cabledrive.identification.axis.timing import CONVENTIONS, FARTHEST, NEAR, SETTLED, TorqueTiming
 from cabledrive.identification.estimates import Fit, Identification, triangle
 from cabledrive.parameters import NotComputed

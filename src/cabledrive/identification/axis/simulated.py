@@ -6,23 +6,20 @@ of speeds and Z the exact sensitivities along the motion under the torque's spec
 torque must not be in both factors. Inside a feedback loop the model does not follow, and that is said.
 
 Rounding and the instants of turns repeat from period to period, so that the spread of the segments' scores
-does not contain them. The fitted axis is moved under the measured torque, its angle rounded at a few phases
-of the encoder, and what the mean square of the method's misses there has beyond what the scores claim is
-added:
+does not contain them. The method is applied to logs of a sound axis that moves alike, and what the mean
+square of its misses there has beyond what the scores claim is added:
 
 .. math:: C' = C + \Big[\frac1K\sum_k (m_k m_k^T - C_k)\Big]_+
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
-from cabledrive.identification.axis.axis import BASE, Axis, stacked, values_of
+from cabledrive.identification.axis.axis import BASE, Axis, stacked
 from cabledrive.identification.axis.equation import LAG, settling
-from cabledrive.identification.axis.observer import CORNER_DOUBT, between_samples
+from cabledrive.identification.axis.observer import between_samples, twin_axes, unseen
 from cabledrive.identification.axis.timing import spectral_lines
 from cabledrive.identification.estimates import Factors, Fit, Identification, solve, suited_segments
 from cabledrive.identification.logs.log import Log
@@ -39,10 +36,8 @@ PASSES, CONVERGED, HALVINGS, SLACK = 12, 0.1, 5, 1e-3
 """Steps; the largest one, in standard errors, at which they end; halvings of one that raises the residual by
 more than a share, for near the end the sensitivities are not quite its gradient."""
 LARGEST_RESIDUAL = 0.5
-FARTHEST = 1e6
-"""Strokes of the log beyond which a motion of the fitted axis counts as diverging."""
-PHASES = 4
-"""Positions of the encoder that are tried."""
+SEED = 4018
+"""Of the noise in logs of a sound axis: the same log gives the same result."""
 NOT_FOLLOWED = "not-followed"
 NAME = "output error on the speed, exact sensitivities, started from inverse dynamics"
 
@@ -59,7 +54,6 @@ class Case:
     inner: slice
     bandwidth: float
     slope: float
-    quantum: float = 0.0
     lag: bool = False
 
     def filtered(self, values: Array) -> Array:
@@ -103,7 +97,6 @@ def case_of(axis: Axis, log: Log) -> Case:
         inner=slice(edge, len(log) - edge),
         bandwidth=bandwidth,
         slope=axis.slope,
-        quantum=axis.equation.quantum,
         lag=axis.equation.lag,
     )
 
@@ -123,7 +116,7 @@ def refined(axis: Axis, found: Identification) -> Identification:
             "speed): a feedback loop controls the axis, or the model is wrong"
         )
     residual = {"rms": left, "relative": left / size, "rows": fit.rows}
-    covariance, freedom = fit.covariance[:4, :4] + _own_error(cases, values, speeds), fit.freedom
+    covariance, freedom = fit.covariance[:4, :4] + _own_error(axis, values), fit.freedom
     method = {"name": NAME, "residual_of": "speed", "freedom": freedom}
     return replace(found, residual=residual).refitted(values, covariance, freedom, method)
 
@@ -168,69 +161,12 @@ def _apart(slopes: Array, number: int, count: int) -> Array:
     return np.hstack([slopes[:, :4], starts, slopes[:, 5:]])
 
 
-def _own_error(cases: list[Case], values: Array, speeds: Array) -> Array:
-    """What scores do not show, from motions of its own making, and two doubts about the torque, (4, 4)."""
-    lefts, rights, doubts = [], [], []
-    for number, (case, start) in enumerate(zip(cases, speeds, strict=True)):
-        moved, _ = case.moved(values, case.torque, start)
-        shown = rounded_angles(moved, case.interval, case.quantum)
-        seen = np.column_stack([case.filtered(difference(angle, case.interval)) for angle in shown.T])
-        rights.append((seen - case.filtered(moved)[:, None])[case.inner])
-        between, _ = case.moved(values, between_samples(case.torque, CORNER_DOUBT), start)
-        # Noise of the torque channel blurs turns, as a smaller friction does. How much of it the axis feels
-        # is not known: all of it once more, backwards and with either sign, so that only its square is left.
-        noise = (case.torque - case.lines)[::-1]
-        more, less = (case.moved(values, case.torque + sign * noise, start)[0] for sign in (1.0, -1.0))
-        changes = np.column_stack([between - moved, 0.5 * (more + less) - moved])
-        doubts.append(case.filtered(changes)[case.inner])
-        lefts.append(_apart(case.residual(values, start)[1], number, len(cases)))
-    names = tuple(str(k) for k in range(lefts[0].shape[1]))
-    fits = []
-    for k in range(PHASES):
-        parts = [(left, right[:, k]) for left, right in zip(lefts, rights, strict=True)]
-        fits.append(solve(suited_segments(stacked(names, parts), each=True)))
-    doubt = np.linalg.lstsq(np.vstack(lefts), np.vstack(doubts), rcond=None)[0][:4]
-    return unseen([f.values[:4] for f in fits], [f.covariance[:4, :4] for f in fits]) + doubt @ doubt.T
-
-
-def rounded_angles(speed: Array, interval: float, quantum: float) -> Array:
-    """Angle of a motion as an encoder at several phases shows it, shape (samples, phases)."""
-    angle = cumulative_trapezoid(speed, dx=interval, initial=0.0)[:, None]
-    phases = np.arange(PHASES) / PHASES
-    return quantum * np.floor(angle / quantum + phases) if quantum > 0.0 else angle + 0.0 * phases
-
-
-def unseen(misses: Sequence[Array], claimed: Sequence[Array]) -> Array:
-    """Mean products of misses beyond the covariance that was claimed for them."""
-    off = np.array(misses)
-    excess = off.T @ off / len(off) - np.mean(claimed, axis=0)
-    size = np.sqrt(np.maximum(np.mean(off**2, axis=0), 1e-300))
-    level, direction = np.linalg.eigh(excess / size[:, None] / size)
-    kept = size[:, None] * direction * np.sqrt(np.maximum(level, 0.0))
-    return np.asarray(kept @ kept.T)
-
-
-def with_own_error(axis: Axis, found: Identification) -> Identification:
-    """Inverse dynamics with its own errors in its intervals; as it was, and said, where they are unknown."""
-    angles, values = [], values_of(found)
-    for log in axis.logs:
-        driven, farthest = (
-            between_samples(log.channel(axis.torque)),
-            FARTHEST * np.ptp(log.channel(axis.position)),
-        )
-        try:
-            start = axis.start(log)
-            speed, _ = integrate_rigid_axis(values, driven, log.interval, start=start, slope=axis.slope)
-            stays = np.abs(speed).max() * log.interval < farthest  # before sums of it overflow
-        except NotComputed:
-            stays = False
-        if stays:
-            angles.append(rounded_angles(speed, log.interval, log.report.quantum.get(axis.position, 0.0)))
-        if not (stays and np.abs(angles[-1]).max() < farthest):
-            diverges = "the motion of the fitted axis diverges under the measured torque"
-            return found.noting(own_error=f"not known: {diverges}")
-    fits = [axis.having(axis.position, (a[:, k] for a in angles)).regressed() for k in range(PHASES)]
-    misses = [fit.values - found.values for fit in fits]
-    if not np.all(np.isfinite(misses)):
-        return found.noting(own_error="not known: not identifiable")
-    return found.widened(unseen(misses, [fit.covariance for fit in fits]))
+def _own_error(axis: Axis, values: Array) -> Array:
+    """What scores do not show, from logs of a sound axis that moves alike, (4, 4)."""
+    misses, claimed = [], []
+    for twin in twin_axes(axis, values, SEED):
+        cases = [case_of(twin, log) for log in twin.logs]
+        found, _, fit = _solved(cases, values, np.array([case.start for case in cases]))
+        misses.append(found - values)
+        claimed.append(fit.covariance[:4, :4])
+    return unseen(misses, claimed)
