@@ -59,7 +59,7 @@ def test_the_pair_moves_as_scipy_integrates_it_also_where_a_flank_opens(measured
 
 def test_encoders_and_friction_of_a_pair_begin_anywhere_within_their_range():
     """Phases within half a count, friction held at up to all of it, either way."""
-    skews = [loop_of(DRIVE, "lqg", 20.0, SHORT, PAIR, seed).pair.skew for seed in range(24)]
+    skews = [loop_of(DRIVE, "lqg", 20.0, SHORT, PAIR, seed).pair for seed in range(24)]
     for name, most in (("phase", 0.5), ("held", 1.0)):
         values = np.array([getattr(skew, name) for skew in skews])
         assert np.abs(values).max() <= most

@@ -13,7 +13,7 @@ from cabledrive.parameters import Drive, InputRefused, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig import Motion, RigOptions, track
-from cabledrive.rig.bounds import BoundCheck, check_learning
+from cabledrive.rig.bounds import BoundCheck, check_theorem
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.controllers import DesignSpec, plant_chain
 from cabledrive.rig.laws.load_learning import CHANGING, LOAD_LEARNING
@@ -132,7 +132,7 @@ def checked(name, plant, hertz=35.0, motion=TWO):
         np.random.default_rng(5),
     )
     done = run(loop)
-    return loop, done, check_learning(loop, done.log)
+    return loop, done, check_theorem(loop, done.log)
 
 
 @pytest.mark.parametrize("name", [LOAD_LEARNING, CHANGING])

@@ -62,14 +62,16 @@ class BoundCheck:
 
 def check_theorem(loop: Loop, log: Array) -> BoundCheck | None:
     """Bound of the theorem and sources of the error along a run; None for laws that have no bound here."""
-    if loop.controller.law.kind == numbers.LEARNING:
-        return check_learning(loop, log)
-    if loop.controller.law.kind == numbers.SCHEDULED and loop.controller.believed is not None:
-        return check_scheduled(loop, loop.controller.believed, log)
+    made = loop.controller
+    if made.believed is not None:  # by the load, where the plant is the model that the law is made for
+        if loop.own_plant is not None or loop.chain.names != made.believed.names or len(log) < 2:
+            return None
+        if made.load_motion is not None:
+            return check_learning(loop, made.believed, made.load_motion, log)
+        return check_scheduled(loop, made.believed, log)
     bound = bound_along(loop, log)
     if bound is None:
         return None
-    made = loop.controller
     assert made.flat is not None
     assert made.bandwidth is not None
     nominal = float(made.law.learning[numbers.NOMINAL, 0])
@@ -128,21 +130,17 @@ def disturbance_bound(law: numbers.LawNumbers, shaft: Array, command: Array) -> 
     return np.asarray(law.learning[numbers.HIGH][2] + late, dtype=np.float64)
 
 
-def check_learning(loop: Loop, log: Array) -> BoundCheck | None:
-    """Bound of a law that learns and sources of the error; none where the plant is another model."""
+def check_learning(loop: Loop, believed: LumpedChain, states: Array, log: Array) -> BoundCheck:
+    """Bound of a law that learns, and sources of the error; ``states``: as `Controller.load_motion`."""
     made, interval = loop.controller, loop.rig.interval
-    motion, law, count = made.load_motion, made.law, len(log)
-    if motion is None or loop.own_plant is not None or loop.chain.names != motion.chain.names or count < 2:
-        return None
-    n, k = motion.chain.size, law.matrix.shape[0]
-    whole = Segment(law, motion.chain, None, interval, (0, count))
+    law, count, states = made.law, len(log), states[:, : len(log)]
+    n, k = believed.size, law.matrix.shape[0]
+    whole = Segment(law, believed, None, interval, (0, count))
     wanted, block = made.reference[:count, : 2 * n], made.reference.shape[1] - 2 * n - 1
-    width = block // len(motion.states)
+    width = block // len(states)
     torque = np.array([made.reference[:count, 2 * n + 1 + j * width + 2 * n] for j in range(len(NAMES))])
-    states = motion.states[:, :count]
-    ends = [
-        np.array([one.coulomb[-1], one.viscous[-1], one.inertias[-1]]) for one in (loop.chain, motion.chain)
-    ]
+    chains = (loop.chain, believed)
+    ends = [np.array([one.coulomb[-1], one.viscous[-1], one.inertias[-1]]) for one in chains]
     true = ends[0] - ends[1]
     p = law.learning.shape[1]
     first = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3
@@ -152,7 +150,7 @@ def check_learning(loop: Loop, log: Array) -> BoundCheck | None:
     estimates = kept[:, :p]
     missing = np.abs(theory.missing_torque(law.rows[0, k : k + 2 * n], states, torque))
     height = np.sum(missing * theory.believed_range(law, estimates, spread), axis=1)
-    height += motor_disturbance(motion.chain, wanted, interval)
+    height += motor_disturbance(believed, wanted, interval)
     error = log[:, : 2 * n] - wanted - np.einsum("j,jki->ki", true, states)
     found = _held(loop, [whole], wanted[:, n - 1], height, error)
     return replace(found, beyond=beyond(law.learning, true, estimates, spread))
@@ -200,15 +198,13 @@ ROWS = 500
 """Samples whose responses are worked out at once."""
 
 
-def check_scheduled(loop: Loop, believed: LumpedChain, log: Array) -> BoundCheck | None:
-    """Bound and sources of the error along a run; none where the plant is another model."""
+def check_scheduled(loop: Loop, believed: LumpedChain, log: Array) -> BoundCheck:
+    """Bound and sources of the error of a law that is told the load."""
     made, interval, count, n = loop.controller, loop.rig.interval, len(log), believed.size
-    if loop.own_plant is not None or loop.chain.names != believed.names or count < 2 or made.load is None:
-        return None
     told = made.reference[:count, -1]
     own, further = made.reference[:count, : 2 * n], made.reference[:count, 2 * n + 1 : 4 * n + 2]
     wanted = own + (told - 1.0)[:, None] * further[:, :-1]
-    true = load_along(loop, count) / made.load
+    true = load_along(loop, count) / believed.inertias[-1]
     error = log[:, : 2 * n] - own - (true - 1.0)[:, None] * further[:, :-1]
     stretches = pairwise([0, *(np.flatnonzero(np.diff(told)) + 1).tolist(), count])
     parts = [Segment(made.law, believed, told[ends[0]], interval, ends) for ends in stretches]

@@ -1,6 +1,6 @@
 """The lumped plant of the rig as its kernel takes it, its linear motion, a pair of motors."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import exp, inf, sqrt
 from typing import Any
 
@@ -104,19 +104,6 @@ SPREADS = {"stiffness": 0.1, "inertia": 0.05, "friction": 0.5, "backlash": 0.2}
 """Half widths of what is drawn: of motor a against motor b; of the backlash."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Skew:
-    """How the motors of a pair differ from each other, and what its start and its encoders were."""
-
-    # stiffness, inertia, friction: of motor a more, of motor b less than their mean, as a share
-    stiffness: float = 0.0
-    inertia: float = 0.0
-    friction: float = 0.0
-    backlash: float = 0.0  # of both gears beyond that of the file, as a share
-    held: float = 0.0  # part of the friction that held the preload off its value at the start, from -1 to 1
-    phase: float = 0.0  # of the second motor's encoder, in counts
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pair:
     """Two motors on one shaft."""
@@ -125,7 +112,11 @@ class Pair:
     joint: tuple[int, int]  # see `PairNumbers`
     backlash: float  # of each gear, from end to end, as the file has it [rad]
     current_rate: float  # of the torque loops [rad/s]; 0: none
-    skew: Skew
+    held: float  # part of the friction that held the preload off its value at the start, from -1 to 1
+    phase: float  # of the second motor's encoder, in counts
+    # of `SPREADS`: what motor a has more, motor b less than their mean, and the backlash of both more than
+    # that of the file, as shares
+    apart: dict[str, float] = field(default_factory=lambda: dict.fromkeys(SPREADS, 0.0))
 
 
 def doubled(drive: Drive) -> Drive:
@@ -205,7 +196,8 @@ def make_pair(
         joint=(0, 1) if knows else (-1, -1),
         backlash=motor.backlash,
         current_rate=sampling.current_rate,
-        skew=Skew(phase=phase if random else 0.0, held=held if random else 0.0),
+        phase=phase if random else 0.0,
+        held=held if random else 0.0,
     )
 
 
@@ -213,24 +205,24 @@ def drawn_pair(pair: Pair, generator: np.random.Generator) -> Pair:
     """A pair whose motors differ, with another start and another phase of the second encoder."""
     drawn = {name: spread * generator.uniform(-1.0, 1.0) for name, spread in SPREADS.items()}
     held, phase = generator.uniform(-1.0, 1.0), generator.uniform(-0.5, 0.5)
-    return replace(pair, skew=Skew(**drawn, held=held, phase=phase))
+    return replace(pair, apart=drawn, held=held, phase=phase)
 
 
 def pair_plant(pair: Pair, plant: ChainPlant, interval: float) -> ChainPlant:
-    """The plant with its motor and first link as two of half the size, apart by their skew."""
-    skew, apart = pair.skew, np.array([1.0, -1.0])
+    """The plant with its motor and first link as two of half the size, by so much apart."""
+    apart, signs = pair.apart, np.array([1.0, -1.0])
 
     def halves(whole: Array, share: float = 0.0) -> Array:
-        return np.concatenate((0.5 * whole[0] * (1.0 + share * apart), whole[1:]))
+        return np.concatenate((0.5 * whole[0] * (1.0 + share * signs), whole[1:]))
 
-    play = np.full(2, 0.5 * pair.backlash * (1.0 + skew.backlash))
+    play = np.full(2, 0.5 * pair.backlash * (1.0 + apart["backlash"]))
     made = plant._replace(
-        inertia=halves(plant.inertia, skew.inertia),
+        inertia=halves(plant.inertia, apart["inertia"]),
         viscous=halves(plant.viscous),
-        coulomb=halves(plant.coulomb, skew.friction),
+        coulomb=halves(plant.coulomb, apart["friction"]),
         offset=halves(plant.offset),
         ends=np.concatenate((np.array([[0, 2], [1, 2]]), plant.ends[1:] + 1)),
-        stiffness=halves(plant.stiffness, skew.stiffness),
+        stiffness=halves(plant.stiffness, apart["stiffness"]),
         damping=halves(plant.damping),
         play=np.concatenate((play, plant.play[1:])),
         slack=np.concatenate((np.full(2, inf), plant.slack[1:])),
@@ -248,7 +240,7 @@ def pair_numbers(
         law = FlankLaw(observer, *np.zeros(8).tolist())
         return PairNumbers(law, 0.0, 0.0, np.zeros(2, dtype=np.int64), np.zeros((0, 6)))
     start = 0.5 * float(_turned(pair, plant).sum())
-    return PairNumbers(pair.law, pair.skew.phase, start, np.array(pair.joint), np.zeros((samples, 6)))
+    return PairNumbers(pair.law, pair.phase, start, np.array(pair.joint), np.zeros((samples, 6)))
 
 
 def pair_at_rest(pair: Pair, plant: ChainPlant, late_samples: int) -> Array:
@@ -263,7 +255,7 @@ def pair_at_rest(pair: Pair, plant: ChainPlant, late_samples: int) -> Array:
 
 def _held(pair: Pair, plant: ChainPlant) -> float:
     """Torque of either flank that friction left at rest [N m]."""
-    return pair.law.preload + pair.skew.held * float(plant.coulomb[:2].min())
+    return pair.law.preload + pair.held * float(plant.coulomb[:2].min())
 
 
 def _turned(pair: Pair, plant: ChainPlant) -> Array:

@@ -128,14 +128,6 @@ DAMPED_SHARE = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LoadMotion:
-    """What a law that learns the load takes for granted; see `cabledrive.control.bound`."""
-
-    chain: LumpedChain  # that the law is made for
-    states: Array  # (p, samples, 2n): angles and speeds that go with a unit of each parameter of the load
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Controller:
     """A law with its reference, ready to run."""
 
@@ -158,9 +150,12 @@ class Controller:
     own: OwnController | None = None  # the user's own, which runs instead of ``law``
     # what makes the rows of ``reference`` from the time alone, on a target
     generator: ReferenceNumbers | None = None
-    load_motion: LoadMotion | None = None  # of a law that learns the load's torque
+    # of a law that learns the load's torque, (p, samples, 2n): angles and speeds that go with a unit of each
+    # parameter of the load, see `cabledrive.control.bound`
+    load_motion: Array | None = None
     schedule: LoadSchedule | None = None  # of a law whose gains go by an announced load
-    believed: LumpedChain | None = None  # the chain with the drive's own load, of which that is a factor
+    # of laws that go by the load the chain that they are made for, with the drive's own load
+    believed: LumpedChain | None = None
     # of a stepper, whose command is the angle of its field [rad]: largest torque [N m], periods per radian
     field: tuple[float, float] | None = None
     # by how much the motion comes late as a whole, and errors are counted against it so late [s]

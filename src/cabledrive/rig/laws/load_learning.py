@@ -21,7 +21,6 @@ from cabledrive.rig.laws.baselines import integral_time, inverse_of, weights
 from cabledrive.rig.laws.controllers import (
     Controller,
     DesignSpec,
-    LoadMotion,
     chain_law,
     fit_observer,
     fitted_encoders,
@@ -159,7 +158,8 @@ def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | 
         gains=settings | {"learns": list(PARAMETERS), "upper_bounds": high.tolist()},
         model=spec.number,
         generator=generator,
-        load_motion=LoadMotion(chain=chain, states=asked[:, :, : first - 1].transpose(1, 0, 2)),
+        load_motion=asked[:, :, : first - 1].transpose(1, 0, 2),
+        believed=chain,
     )
 
 
