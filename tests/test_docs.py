@@ -180,6 +180,14 @@ def test_the_picture_of_modes_is_what_the_code_draws(tmp_path):
     assert any(words.startswith("3.5145 Hz") for words in words_of(PICTURE))
 
 
+def test_every_file_that_a_page_names_is_there():
+    named = re.compile(r"`((?:src|tests|docs|tools|benchmarks|examples|reproduction)/[\w./-]+)")
+    texts = {**PAGES, "CONTRIBUTING": (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")}
+    found = {(page, path) for page, text in texts.items() for path in named.findall(text)}
+    assert found
+    assert {(page, path) for page, path in found if not (ROOT / path).exists()} == set()
+
+
 def test_a_law_a_format_and_a_command_enter_where_contributing_says(tmp_path, monkeypatch):
     """Its snippets run, with the names of the modules that they are written for."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
