@@ -1,10 +1,12 @@
-"""Random networks, and machines with routes built from drives with two pulleys."""
+"""Random networks; machines with routes, of the tests' own files and made of drives with two pulleys."""
 
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+import cabledrive as cd
 from cabledrive.modal import elements
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, Wave
@@ -12,6 +14,13 @@ from cabledrive.modal.rows import MASS, SPRING
 from cabledrive.parameters.route.two_pulleys import as_machine
 from oracles.network_fem import String
 from oracles.rope_fem import Beam, HangingRope
+
+ROUTES = Path(__file__).parent / "parameters" / "routes"
+
+
+def route(name, *overrides):
+    """A machine of the tests' own files."""
+    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
 
 
 def random_network(rng, moving):

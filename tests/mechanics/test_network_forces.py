@@ -1,7 +1,6 @@
 """Machines with routes: balance at rest, dynamic stiffness against finite elements, ropes that hang."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,14 +14,9 @@ from cabledrive.mechanics.network.span_table import pulley_rows
 from cabledrive.modal.ranges import irvine_parameters
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
+from network_samples import route
 from oracles.network_fem import matrices
 from oracles.route_fem import Kinematics, system
-
-ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
-
-
-def route(name, *overrides):
-    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
 
 
 def weight(drive):
@@ -62,11 +56,11 @@ def error_at_rest(drive):
                 force[1] = pieces[i + 1].force[1] if i < len(own) else force[1]
         errors.append(np.abs(force + ends[1]).max() / np.abs(ends).max())
         longer[span.route] += (reached[0] - span.length) / span.length
-    for route, rope, own, places in zip(drive.route, drive.ropes, longer, drive.places, strict=True):
+    for one, rope, own, places in zip(drive.route, drive.ropes, longer, drive.places, strict=True):
         drum = places[-1].pulley
-        if route.closed and not drive.body:  # else they move
+        if one.closed and not drive.body:  # else they move
             errors.append(abs(own))
-        elif not route.closed and drum is not None and not drive.pulley[drum].fixed and not drive.body:
+        elif not one.closed and drum is not None and not drive.pulley[drum].fixed and not drive.body:
             errors.append(abs(ends[1, 0] / rope.pretension + 1.0))  # it keeps its torque
     return max(errors)
 

@@ -23,6 +23,11 @@ def chain_modes(chain, top):
     return Spectrum(network_of_chain(own_chain(chain))).below(top)
 
 
+def by_multiplicity(modes):
+    """Frequencies of a list of modes [Hz], each by its multiplicity."""
+    return np.repeat([mode.frequency for mode in modes], [mode.multiplicity for mode in modes])
+
+
 def listed(found):
     """Frequencies of what a component's search has found, each by its multiplicity, all proven [rad/s]."""
     assert all(own.enclosure is not None for _, own in found)

@@ -6,8 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from machines import machine, ring_of, some_cable, spread, symmetric_loop, uneven_machine
-from parts import below, chain_modes, finite_elements
-from transfer_roots import exact_chains
+from parts import below, by_multiplicity, chain_modes, finite_elements
 
 import cabledrive as cd
 from cabledrive.mechanics.chain import Chain, Pendant
@@ -103,11 +102,8 @@ def of_chain(chain, held=()):
 def test_modes_agree_with_elements_however_the_machine_is_held(seed, measured):
     drive, motor, hold = drawn(np.random.default_rng(seed))
     found = cd.modes(drive, count=MODES, motor=motor, hold=hold)
-    listed = 2 * np.pi * np.repeat(
-        [mode.frequency for mode in found.longitudinal], [mode.multiplicity for mode in found.longitudinal]
-    )  # fmt: skip
     assert found.certified
-    check_agreement(listed, elements(drive, motor, hold), measured)
+    check_agreement(2 * np.pi * by_multiplicity(found.longitudinal), elements(drive, motor, hold), measured)
 
 
 def check_agreement(listed, truth, measured):
@@ -115,32 +111,6 @@ def check_agreement(listed, truth, measured):
     measured(f"relative error {error.max():.1e} in {error.size} modes")
     assert error.size == MODES
     assert error.max() <= AGREEMENT, f"relative error {error.max():.2e} of mode {np.argmax(error) + 1}"
-
-
-@QUICK
-def test_longitudinal_modes_agree_with_elements(seed, measured):
-    """Chains that the reference of forty digits lays out from the drive."""
-    drive = machine(np.random.default_rng(seed), contrast=100.0)
-    parts = []
-    for one in exact_chains(drive):
-        pendants = ()
-        if one.pendant is not None:
-            own, mass = map(float, one.pendant)
-            pendants = (Pendant(stiffness=own**2 * mass, mass=mass, joint=one.pendant_joint),)
-        times, masses = (np.array(values, dtype=float) for values in (one.times, one.masses))
-        chain = Chain(
-            rigidity=1.0,
-            density=1.0,
-            lengths=times,
-            masses=masses,
-            closed=one.closed,
-            fixed=one.fixed,
-            pendants=pendants,
-        )
-        parts.append(of_chain(chain)[0 if any(one.fixed) else 1 :])
-    check_agreement(
-        2 * np.pi * cd.natural_frequencies(drive, count=MODES), np.sort(np.concatenate(parts)), measured
-    )
 
 
 @QUICK
@@ -263,20 +233,6 @@ def test_counts_of_a_thousand_rings_agree_with_eigenvalues_of_the_matrix(measure
     """Wittrick and Williams by elimination and by brute force, at random frequencies far up the spectrum."""
     rng = np.random.default_rng(1)
     check_counts((some_ring(rng) for _ in range(RINGS)), lambda: 60.0 * rng.random(5), measured)
-
-
-def test_counts_step_by_the_multiplicity_at_every_mode_and_nowhere_else():
-    """Between the modes that the solver lists, the brute-force count is the number of those below."""
-    rng = np.random.default_rng(2)
-    for _ in range(60):
-        chain = some_ring(rng)
-        modes = chain_modes(chain, 30.0 / chain.travel_times.sum())
-        omegas = np.array([2 * np.pi * mode.frequency for mode in modes])
-        counts = chain.rigid_body_modes + np.cumsum([mode.multiplicity for mode in modes])
-        for omega, following, expected in zip(omegas, omegas[1:], counts, strict=False):
-            if following - omega > 1e-8 * omega:
-                middle = 0.5 * (omega + following)
-                assert modes_below(chain, middle) == expected == below(chain, middle)
 
 
 def test_count_at_a_mode_of_an_even_ring_does_not_depend_on_where_it_is_cut():

@@ -102,16 +102,6 @@ def test_beaded_string_rings_like_lagranges(beads, measured):
     np.testing.assert_allclose(2 * np.pi * np.array(planes) * stretch, lagrange, rtol=1e-12)
 
 
-def test_transverse_modes_of_an_empty_span_are_those_of_a_taut_string(measured):
-    """n c_w/(2 Le), once in each plane of each span, where nothing weighs."""
-    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
-    fundamental = drive.cable.transverse_wave_speed / (2 * drive.pulley_distance)
-    transverse = cd.modes(drive, count=10).transverse
-    expected = np.repeat(fundamental * np.arange(1, 11), 4)
-    measured(relative_error([mode.frequency for mode in transverse], expected))
-    np.testing.assert_allclose([mode.frequency for mode in transverse], expected, rtol=1e-13)
-
-
 def test_rigid_supports_leave_the_multiples_of_a_half_wave(measured):
     """Eq. (3.14): both pulleys held, c_u/(2 Le) and its multiples, on either span."""
     drive = cd.load_drive("dissertation-1")

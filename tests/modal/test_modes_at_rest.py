@@ -7,23 +7,20 @@ from math import pi, radians, sqrt
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from parts import irvine_roots
+from parts import by_multiplicity
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import j0, j1, y0, y1
 
 import cabledrive as cd
 from cable_elements import Model, random_machine
-from cabledrive.mechanics import rest_state
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import gradients, mesh_of
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
-from cabledrive.modal.pieces import sag_parameter
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotComputed, Pulley, packaged_drives
-from cabledrive.parameters.route.two_pulleys import as_machine
 
 G = 9.81
 HELD = (Pulley(radius=0.1, inertia=0.01, fixed=True),) * 2
@@ -137,36 +134,11 @@ def test_modes_at_rest_are_those_of_finite_elements_of_the_exact_cable(machines,
             (out, [m for m in found.modes if m.plane == "v"]),
             (inside[inside > 1e-4 * inside[-1]], [m for m in found.modes if m.plane != "v"]),
         ):
-            listed = np.repeat([m.frequency for m in own], [m.multiplicity for m in own])
+            listed = by_multiplicity(own)
             assert np.sum(truth < found.certificate.below) == listed.size
             worst = max(worst, np.abs(listed / truth[: listed.size] - 1).max(initial=0.0))
     measured(f"{machines} machines, largest deviation {worst:.1e}")
     assert worst < 1e-6, f"{worst:.1e}"
-
-
-@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])
-def test_level_line_has_the_symmetric_modes_of_irvine_and_caughey(stiffness):
-    """Sag of 1e-4 of the span; lambda^2 from below 1 to above 4 pi^2."""
-    drive = line(length=10.0, density=8e-3, tension=1000.0, rigidity=stiffness * 1000.0)
-    (section,) = rest_state(drive).sections
-    found = across(drive, "w", 6)
-    string = across(drive, "v", 1)[0]
-    symmetric = np.array(irvine_roots(sag_parameter(section.stretches))) / pi
-    expected = string * np.sort([*symmetric, 2.0, 4.0, 6.0])[:6]
-    assert_allclose(found, expected, rtol=1e-7)
-
-
-@pytest.mark.parametrize("name", ["camera-line", "elevator", "linear-axis", "printer-belt", "ropeway"])
-def test_the_same_machine_written_as_a_route_has_the_same_modes(name):
-    """Of ropes that sag, by slopes to 10 %, and under weights along them."""
-    drive = cd.load_drive(name)
-    loop, route = (cd.modes(one, count=10) for one in (drive, as_machine(drive)))
-    own, other = (
-        np.repeat([m.frequency for m in found.modes], [m.multiplicity for m in found.modes])
-        for found in (loop, route)
-    )
-    assert_allclose(other, own, rtol=1e-12)
-    assert loop.certificate.count == route.certificate.count
 
 
 def test_steady_torque_tunes_the_two_spans_apart():
@@ -182,17 +154,6 @@ def test_steady_torque_tunes_the_two_spans_apart():
         cd.modes(drive, at_torque=0.5)
     with pytest.raises(InputRefused, match="not finite"):
         cd.modes(drive, at_torque=float("nan"))
-
-
-def test_each_part_of_a_lift_rope_rings_under_its_own_tension():
-    """Car and counterweight half way: 1.379 Hz above them and 0.508 Hz below."""
-    places = [f"carriage.{n}.position=30" for n in (0, 1)]
-    drive = cd.load_drive("elevator", overrides=["layout.span_length=60", *places])
-    found = cd.modes(drive, below=1.5)
-    assert found.certified
-    own = sorted({round(m.frequency, 3) for m in found.transverse})
-    assert own[0] == pytest.approx(0.508, abs=1e-3)
-    assert own[-1] == pytest.approx(1.379, abs=1e-3)
 
 
 def test_slack_section_is_not_listed_and_the_word_certified_is_withdrawn():

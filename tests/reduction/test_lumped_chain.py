@@ -1,7 +1,6 @@
 """The lumped chain is Models 1 to 4; beside the distributed cable, python-control, a holding stiffness."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from cabledrive.reduction.quality import (
 )
 from cabledrive.reduction.two_motors import line_at, winched_machine
 from cabledrive.rig import Motion, RigOptions
-from network_samples import as_route, without_gravity
+from network_samples import as_route, route, without_gravity
 
 DRIVE = cd.load_drive("dissertation-3")
 J11, J12, J2, B1 = 0.0011, 0.000642, 0.00235, 0.0031
@@ -173,13 +172,7 @@ def test_state_space_answers_as_the_model_does(model, measured):
 
 
 # --- Chains that motors of machines with routes drive, against finite elements of their belts
-TESTS = Path(__file__).parent.parent
-ROUTES = TESTS / "parameters" / "routes"
 MIDDLE = "head.x=0.21"
-
-
-def route(name, *overrides):
-    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
 
 
 def printer_elements(parts):

@@ -2,7 +2,6 @@
 
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,17 +16,13 @@ from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.threshold import growth_torque
 from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.simulation import Pluck, Sine, Start
+from network_samples import route
 from resonance_samples import TUNED
 
-ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 SENSORS = ("sensors.sample_rate=5000", "sensors.motor_encoder=4000", "sensors.load_encoder=4000")
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
 RIG = cd.load_drive("dissertation-3")
 HELD = replace(RIG, motor=replace(RIG.motor, holding_stiffness=25.0))
-
-
-def route(name, *overrides):
-    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
 
 
 def over(axes):
