@@ -42,12 +42,6 @@ def test_sag_converges_to_the_closed_form_with_order_two(model, closed_form, pre
     assert error[-1] < 1e-3 * expected
 
 
-def test_without_gravity_the_cable_stays_straight():
-    drive = replace(DRIVE, layout=replace(DRIVE.layout, gravity=0.0))
-    assert not rest(drive).displacement.any()
-    assert parabola_sag(drive).midpoint == catenary_sag(drive).midpoint == 0.0
-
-
 def test_a_free_load_pulley_levels_the_tensions_and_held_ones_do_not():
     """A carriage that hangs on the upper span stretches it; a free pulley shares that with the lower span."""
     drive = replace(DRIVE, carriage=(Carriage(mass=0.05, position=0.3, guided=False),))
@@ -63,22 +57,6 @@ def test_a_free_load_pulley_levels_the_tensions_and_held_ones_do_not():
     assert np.max(np.abs(free.displacement[2])) > np.max(np.abs(held.displacement[2]))
 
 
-def test_a_hanging_mass_sags_as_statics_says():
-    """One mass on a massless cable, held ends: m g = T (w/a + w/b) / stretch, solved here by hand."""
-    drive = with_cable(DRIVE, mass_per_length=1e-12)
-    drive = replace(drive, carriage=(Carriage(mass=0.05, position=0.25, guided=False),))
-    mesh, law = mesh_of(drive, 8), cable_law(drive.cable)
-    u, _, w = equilibrium(mesh, law, hold="both").displacement[:, mesh.carriage_node[0]]
-    length = drive.pulley_distance
-    pulls = []
-    for along, far in ((0.25 * length + u, 0.25 * length), (0.75 * length - u, 0.75 * length)):
-        stretched = np.hypot(along, w)
-        tension = law.pretension + law.stiffness * (stretched / far - 1.0)
-        pulls.append((tension * along / stretched, tension * -w / stretched))
-    assert pulls[0][0] == pytest.approx(pulls[1][0], rel=1e-9)
-    assert pulls[0][1] + pulls[1][1] == pytest.approx(0.05 * 9.81, rel=1e-9)
-
-
 def test_gravity_on_a_slope_asks_for_a_held_pulley():
     """A carriage at 30 deg pulls m g sin(30 deg) along the loop: refused free, held with that torque."""
     layout = replace(DRIVE.layout, inclination=pi / 6)
@@ -87,17 +65,6 @@ def test_gravity_on_a_slope_asks_for_a_held_pulley():
         rest(drive)
     torque = rest(drive, hold="drive").holding_torque[0]
     assert torque == pytest.approx(1e-2 * 9.81 * 0.5 * drive.drive_pulley.radius, rel=1e-9)
-
-
-def test_an_upright_line_stretches_under_its_own_weight():
-    """Held below, hung from the load pulley above: u of the bar, -rho g x (L - x) / (2 K)."""
-    layout = replace(DRIVE.layout, inclination=pi / 2)
-    drive = replace(DRIVE, kind="line", layout=layout)
-    mesh, law = mesh_of(drive, 40), cable_law(drive.cable)
-    u = equilibrium(mesh, law, hold="both").displacement[0]
-    x = mesh.position[0]
-    expected = -mesh.density * 9.81 * x * (x[-1] - x) / (2.0 * law.stiffness)
-    np.testing.assert_allclose(u, expected, atol=1e-12 * np.max(np.abs(expected)))
 
 
 def test_an_unknown_hold_is_refused():

@@ -176,12 +176,6 @@ def test_a_warning_comes_where_its_bound_is_crossed_and_not_before(drive, inside
     assert warned(drive(outside), words)
 
 
-def test_named_pretension_is_enough():
-    """The remedy, followed, ends the warning."""
-    drive = changed(motor={"torque_limit": 2.1}, cable={"pretension": 26.25, "area": 1e-6})
-    assert not warned(drive, "slack torque")
-
-
 @pytest.mark.parametrize(("limit", "enough"), [(26.3 / 438, True), (26.2 / 438, False)])
 def test_no_pretension_is_advised_that_strains_the_cable_beyond_its_stated_range(limit, enough):
     """2.1 N m would want 26.25 N."""

@@ -162,10 +162,12 @@ def test_what_cannot_be_is_refused_in_one_line(name, old, new, words):
     assert words in line, line
 
 
-def test_weights_on_a_rope_that_nothing_drives_are_refused():
+def test_weights_that_nothing_holds_are_refused():
+    """Also where directions of spans are level up to round-off, which times 1e19 N would hold the body."""
     text = text_of("ropeway").replace('gravity = "0 m/s^2"', 'inclination = "20 deg"')
-    text = text[: text.index("[motor]")]
-    assert "every pulley turns freely" in refused(text)
+    assert "every pulley turns freely" in refused(text[: text.index("[motor]")])
+    heavy = DRUMS.replace('gravity = "0 m/s^2"', 'gravity = "9.81 m/s^2"')
+    assert "body cart: no static solution" in refused(heavy.replace('moves = "x"', 'moves = ["x", "y"]'))
 
 
 DRUMS = """
@@ -213,12 +215,6 @@ def test_a_rope_beyond_its_elastic_range_is_named():
     lines = [line for line in route_warnings(soft) if "elastic range" in line]
     assert len(lines) == 2
     assert all("0.025" in line for line in lines)
-
-
-def test_level_lines_hold_no_weight():
-    """The directions of the spans are level up to round-off, which times 1e19 N would hold the body."""
-    heavy = DRUMS.replace('gravity = "0 m/s^2"', 'gravity = "9.81 m/s^2"')
-    assert "body cart: no static solution" in refused(heavy.replace('moves = "x"', 'moves = ["x", "y"]'))
 
 
 # --- A moved body keeps every rope as long as it is: others follow, or the pose is refused with its strain
@@ -313,10 +309,10 @@ def test_a_body_keeps_to_its_travel():
 
 
 # --- Carriages that move together: by name or number, in one direction or against each other
-def with_coupling(**second):
+def with_coupling(first=None, **second):
     drive = cd.load_drive("elevator")
     car, weight = drive.carriage
-    return replace(drive, carriage=(car, replace(weight, **second)))
+    return replace(drive, carriage=(replace(car, **first or {}), replace(weight, **second)))
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -328,24 +324,18 @@ def test_a_coupled_carriage_moves_as_far_as_the_first(direction):
 
 
 @pytest.mark.parametrize(
-    ("second", "word"),
+    ("first", "second", "word"),
     [
-        ({"coupled": "cabin"}, "no carriage of this drive"),
-        ({"coupled": "counterweight"}, "the carriage itself"),
-        ({"coupled": "", "direction": -1}, "needs carriage.1.coupled"),
-        ({"direction": 2}, "direction = 2 is not one of its values"),
+        ({}, {"coupled": "cabin"}, "no carriage of this drive"),
+        ({}, {"coupled": "counterweight"}, "the carriage itself"),
+        ({}, {"coupled": "", "direction": -1}, "needs carriage.1.coupled"),
+        ({}, {"direction": 2}, "direction = 2 is not one of its values"),
+        ({"coupled": "counterweight", "direction": -1}, {}, "contradicts"),
     ],
 )
-def test_couplings_that_make_no_sense_are_refused(second, word):
+def test_couplings_that_make_no_sense_are_refused(first, second, word):
     with pytest.raises(cd.InputRefused, match=word):
-        with_coupling(**second)
-
-
-def test_couplings_that_contradict_each_other_are_refused():
-    drive = cd.load_drive("elevator")
-    car, weight = drive.carriage
-    with pytest.raises(cd.InputRefused, match="contradicts"):
-        replace(drive, carriage=(replace(car, coupled="counterweight", direction=-1), weight))
+        with_coupling(first, **second)
 
 
 def test_a_wave_across_a_rope_has_the_density_of_the_stretched_one():
