@@ -5,7 +5,10 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +28,7 @@ from cabledrive.simulation import (
     run,
     simulate,
 )
+from cabledrive.simulation.travel import PlannedMove
 
 DRIVE = load_drive("dissertation-2")
 DURATION = 0.05
@@ -33,6 +37,13 @@ OPTIONS = {
     "start": Start(plucks=(Pluck(height=1e-3),)),
     "scheme": Scheme(segments=12),
     "recording": Recording(rate=5000.0, fields=7, probes=(("lower", 0.3),)),
+}
+LIFTED = PlannedMove(moves={"car.y": 4.0}, rise=5.0)
+SMALL = {"scheme": Scheme(segments=4), "recording": Recording(rate=2000.0)}
+RUNS = {
+    "loop": (DRIVE, DURATION, OPTIONS),
+    "network": (load_drive("printer-idlers"), DURATION, SMALL | {"torque": 0.01}),
+    "journey": (load_drive("lift-2-to-1"), DURATION, SMALL | {"travel": LIFTED}),
 }
 KILLED = """
 import os, signal
@@ -74,13 +85,14 @@ def interrupt(*arguments):
     raise KeyboardInterrupt
 
 
-def broken_off(monkeypatch, path, call):
+def broken_off(monkeypatch, path, call, kind="loop"):
     """What there is of a run that is interrupted where it writes its n-th chunk."""
+    drive, duration, options = RUNS[kind]
     with monkeypatch.context() as patched:
         append = keeping.RecordsInFolder.append
         patched.setattr(keeping.RecordsInFolder, "append", at_call(append, call, interrupt))
         with pytest.raises(SimulationInterrupted, match="go on with the same command and --resume") as caught:
-            simulate(DRIVE, DURATION, output=path, **OPTIONS)
+            simulate(drive, duration, output=path, **options)
     return caught.value.result
 
 
@@ -88,37 +100,39 @@ def disk_full(*arguments, **options):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-WHOLE: list[bytes] = []
+@cache
+def uninterrupted(kind="loop"):
+    """The file of the run that nothing ended."""
+    drive, duration, options = RUNS[kind]
+    with tempfile.TemporaryDirectory() as folder:
+        return simulate(drive, duration, output=Path(folder) / "whole.nc", **options).path.read_bytes()
 
 
-def uninterrupted(tmp_path):
-    """The file of the run that nothing ended, made once."""
-    path = tmp_path / "whole.nc"
-    if not WHOLE:
-        simulate(DRIVE, DURATION, output=path, **OPTIONS)
-        WHOLE.append(path.read_bytes())
-    path.write_bytes(WHOLE[0])
-    return WHOLE[0]
-
-
-def differing(path, tmp_path):
+def differing(path, kind="loop"):
     """How many bytes of a file are not those of an uninterrupted run, in words."""
-    found, whole = path.read_bytes(), uninterrupted(tmp_path)
-    (tmp_path / "whole.nc").unlink()
+    found, whole = path.read_bytes(), uninterrupted(kind)
     differ = sum(a != b for a, b in zip(found, whole, strict=False)) + abs(len(found) - len(whole))
     return f"{differ} of {len(whole):,} bytes differ"
 
 
-@pytest.mark.parametrize("call", [1, 2, 6])
-def test_an_interrupted_run_is_resumed_to_the_byte(tmp_path, monkeypatch, call, measured):
-    path = tmp_path / "run.nc"
-    partial = broken_off(monkeypatch, path, call)
-    assert partial.time.size == 0 or partial.time[-1] < DURATION
+@pytest.mark.parametrize(
+    ("kind", "call"), [*(("loop", call) for call in (1, 2, 6)), ("network", 3), ("journey", 3)]
+)
+def test_an_interrupted_run_is_resumed_to_the_byte(tmp_path, monkeypatch, kind, call, measured):
+    path, (drive, duration, options) = tmp_path / "run.nc", RUNS[kind]
+    if kind == "journey":  # of few steps
+        monkeypatch.setattr(run, "NODE_STEPS_PER_CHUNK", 300)
+    partial = broken_off(monkeypatch, path, call, kind)
+    assert partial.time.size == 0 or partial.time[-1] < duration
     assert os.listdir(tmp_path) == ["run.nc.part"]
-    resumed = simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
-    measured(f"interrupted at record {call}: {differing(path, tmp_path)}")
-    assert path.read_bytes() == uninterrupted(tmp_path)
-    assert resumed.steps == round(DURATION / resumed.step)
+    if kind == "network":
+        with pytest.raises(InputRefused, match="another torque"):
+            simulate(drive, duration, output=path, resume=True, **(options | {"torque": 0.02}))
+    resumed = simulate(drive, duration, output=path, resume=True, **options)
+    measured(f"{kind}, interrupted at record {call}: {differing(path, kind)}")
+    assert path.read_bytes() == uninterrupted(kind)
+    assert resumed.steps == round(duration / resumed.step)
+    assert os.listdir(tmp_path) == ["run.nc"]
 
 
 def test_a_killed_run_is_resumed_to_the_byte(tmp_path, measured):
@@ -129,8 +143,8 @@ def test_a_killed_run_is_resumed_to_the_byte(tmp_path, measured):
     path = tmp_path / "run.nc"
     assert not path.exists()
     simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
-    measured(f"ended by signal {-died.returncode}: {differing(path, tmp_path)}")
-    assert path.read_bytes() == uninterrupted(tmp_path)
+    measured(f"ended by signal {-died.returncode}: {differing(path)}")
+    assert path.read_bytes() == uninterrupted()
 
 
 RUN = """
@@ -175,8 +189,8 @@ def test_a_full_disk_stops_the_run_and_loses_nothing(tmp_path, monkeypatch, meth
     assert "free space and resume" in result.stopped
     assert 0.0 < result.time[-1] < DURATION
     simulate(DRIVE, DURATION, output=path, resume=True, **OPTIONS)
-    measured(f"full at {1e3 * result.time[-1]:.1f} ms: {differing(path, tmp_path)}")
-    assert path.read_bytes() == uninterrupted(tmp_path)
+    measured(f"full at {1e3 * result.time[-1]:.1f} ms: {differing(path)}")
+    assert path.read_bytes() == uninterrupted()
 
 
 def test_a_result_for_which_there_is_no_room_is_not_begun(tmp_path, monkeypatch, measured):
@@ -202,7 +216,7 @@ def test_another_run_is_not_resumed_with_this_one_s_records(tmp_path, monkeypatc
     with pytest.raises(InputRefused, match=r"left by an interrupted run: go on with it \(resume\)"):
         simulate(DRIVE, DURATION, output=path, **OPTIONS)
     simulate(DRIVE, DURATION, output=path, force=True, **OPTIONS)
-    assert path.read_bytes() == uninterrupted(tmp_path)
+    assert path.read_bytes() == uninterrupted()
 
 
 @pytest.fixture
@@ -248,7 +262,7 @@ def test_a_damaged_part_of_an_interrupted_run_is_refused(stopped, name, damage):
     assert {path.name: path.read_bytes() for path in part.parent.iterdir() if path.name != ".lock"} == before
     assert not stopped.exists()
     simulate(DRIVE, DURATION, output=stopped, force=True, **OPTIONS)
-    assert stopped.read_bytes() == uninterrupted(stopped.parent)
+    assert stopped.read_bytes() == uninterrupted()
 
 
 def test_what_was_written_since_the_last_commit_may_be_lost(stopped):
@@ -257,7 +271,7 @@ def test_what_was_written_since_the_last_commit_may_be_lost(stopped):
     for name in ("rows.f64", "fields.f64"):
         (part / name).write_bytes((part / name).read_bytes() + bytes(5000))
     simulate(DRIVE, DURATION, output=stopped, resume=True, **OPTIONS)
-    assert stopped.read_bytes() == uninterrupted(stopped.parent)
+    assert stopped.read_bytes() == uninterrupted()
 
 
 def test_files_that_no_run_wrote_are_not_deleted(stopped):
@@ -282,8 +296,8 @@ def test_a_second_process_on_a_run_is_refused(tmp_path, monkeypatch, option):
         patched.setattr(keeping.RecordsInFolder, "append", at_call(append, 3, second))
         simulate(DRIVE, DURATION, output=path, **OPTIONS)
     assert len(refusals) == 1
-    assert path.read_bytes() == uninterrupted(tmp_path)
-    assert sorted(os.listdir(tmp_path)) == ["run.nc", "whole.nc"]
+    assert path.read_bytes() == uninterrupted()
+    assert os.listdir(tmp_path) == ["run.nc"]
 
 
 def test_an_existing_file_is_kept_unless_forced(tmp_path):
@@ -294,4 +308,4 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
     assert path.read_text() == "precious"
     assert os.listdir(tmp_path) == ["run.nc"]
     simulate(DRIVE, DURATION, output=path, force=True, **OPTIONS)
-    assert path.read_bytes() == uninterrupted(tmp_path)
+    assert path.read_bytes() == uninterrupted()

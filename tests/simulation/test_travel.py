@@ -1,7 +1,6 @@
 """Bodies that travel: hoists against scipy, modes at every position, momentum, and what is refused."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,13 +9,11 @@ from scipy.optimize import curve_fit
 import cabledrive as cd
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route import moved
-from cabledrive.simulation import Recording, Scheme, SimulationInterrupted, run
-from cabledrive.simulation.keeping import RecordsInFolder
+from cabledrive.simulation import Recording, Scheme
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.travel import PlannedMove
 from oracles.hoists import Hoist, Traction
 
-PRINTER = Path(__file__).parent.parent / "parameters" / "routes" / "printer.toml"
 TRACTION = """
 schema = 1
 kind = "route"
@@ -200,50 +197,6 @@ def test_rope_runs_from_drum_to_drum_with_its_momentum():
     changed = 0.5 * 6.0 * (0.2 * 15.0) ** 2 / 2.0  # kinetic energy of 3 kg at 3 m/s, from drum to drum
     assert np.ptp(found.channel("body_energy")) < 0.01 * changed
     assert found.energy_budget_error < 1e-6
-
-
-RUNS = {
-    "network": (PRINTER, 0.005, {"torque": 0.01, "recording": Recording(rate=20_000.0)}, 3000),
-    "journey": (
-        HOIST,
-        0.5,
-        {"travel": PlannedMove(moves={"load.y": 1.0}, rise=0.5), "recording": Recording(rate=200.0)},
-        100,
-    ),
-}
-
-
-@pytest.mark.parametrize("kind", RUNS)
-def test_an_interrupted_run_goes_on_and_gives_the_same_file(kind, tmp_path, monkeypatch):
-    """Ctrl-C at the third chunk, then resume; with another torque it is refused."""
-    source, duration, options, chunk = RUNS[kind]
-    drive = cd.load_drive(source) if kind == "network" else drive_from_text(source)
-    options = options | {"scheme": Scheme(segments=4)}
-    whole, path = tmp_path / "whole.nc", tmp_path / "run.nc"
-    cd.simulate(drive, duration, output=whole, **options)
-    monkeypatch.setattr(run, "NODE_STEPS_PER_CHUNK", chunk)
-    append, calls = RecordsInFolder.append, []
-
-    def interrupting(*arguments):
-        calls.append(arguments)
-        if len(calls) == 3:
-            raise KeyboardInterrupt
-        append(*arguments)
-
-    with monkeypatch.context() as patched:
-        patched.setattr(RecordsInFolder, "append", interrupting)
-        with pytest.raises(SimulationInterrupted, match="go on with the same command") as caught:
-            cd.simulate(drive, duration, output=path, **options)
-    assert 0 < len(caught.value.result.time) < 101
-    assert not path.exists()
-    with pytest.raises(cd.InputRefused, match="left by an interrupted run"):
-        cd.simulate(drive, duration, output=path, **options)
-    if kind == "network":
-        with pytest.raises(cd.InputRefused, match="another torque"):
-            cd.simulate(drive, duration, output=path, resume=True, **(options | {"torque": 0.02}))
-    cd.simulate(drive, duration, output=path, resume=True, **options)
-    assert path.read_bytes() == whole.read_bytes()
-    assert not (tmp_path / "run.nc.part").exists()
 
 
 @pytest.mark.parametrize(
