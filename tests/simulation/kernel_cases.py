@@ -88,20 +88,14 @@ def setting(case):
     return plan, start, torque, forces
 
 
-def steps_by(function, run, inputs, every, records):
-    """Steps of a method by its name, or of a readable twin."""
-    given = *run, new_workspace(run[0])
+def taken(function, plan, start, torque, forces, every=EVERY):
+    """Code, state, rows and fields after the steps of a method by its name, or of a readable twin."""
+    state, records = copy_state(start), len(torque) // every
+    kept = np.zeros((records, width_of(plan))), np.zeros((records, *start.x.shape))
+    given, inputs = (plan, state, new_workspace(plan)), (torque, forces)
     if isinstance(function, str):
-        return integrate_steps(function, given, inputs, every, records)
-    return function(*given, *inputs, every, *records)
-
-
-def taken(function, plan, start, torque, forces):
-    state = copy_state(start)
-    rows = np.zeros((STEPS // EVERY, width_of(plan)))
-    fields = np.zeros((STEPS // EVERY, *state.x.shape))
-    code = steps_by(function, (plan, state), (torque, forces), EVERY, (rows, fields))
-    return code, state, rows, fields
+        return integrate_steps(function, given, inputs, every, kept), state, *kept
+    return function(*given, *inputs, every, *kept), state, *kept
 
 
 VERLET, NODE_CENTRED, ENERGY = NAMES
