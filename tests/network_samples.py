@@ -152,3 +152,25 @@ def as_route(drive):
 def without_gravity(drive):
     """The drive in free fall, where strings are straight."""
     return replace(drive, layout=replace(drive.layout, gravity=0.0))
+
+
+PRINTER_SPANS = np.array([0.18, 0.40, 4.732e-3, 0.18])
+"""Lengths of the belt of `printer.toml` from head to motor, lower idler, upper idler and head [m]."""
+
+
+def printer_belt(counts, lumped=False):
+    """Mass and stiffness of that belt as a ring of elements, so many a span, and where spans start: by hand.
+
+    Its coordinate is the motion of the belt; ``lumped``: half of the mass of each element at either end.
+    """
+    rigidity, density, stretch = 19.4e3, 8.3e-3, 1.0 + 30.0 / 19.4e3
+    starts = np.concatenate(([0], np.cumsum(counts)))
+    n, own = starts[-1], np.eye(2) / 2.0 if lumped else np.array([[2, 1], [1, 2]]) / 6.0
+    mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
+    for start, count, length in zip(starts, counts, PRINTER_SPANS / stretch, strict=False):
+        for node in range(start, start + count):
+            pair = np.ix_(*[[node, (node + 1) % n]] * 2)
+            stiffness[pair] += rigidity * count / length * np.array([[1, -1], [-1, 1]])
+            mass[pair] += density * length / count * own
+    mass[starts[:4], starts[:4]] += [0.35, (1.6e-7 + 54e-7) / 6.366e-3**2, 3e-8 / 4e-3**2, 3e-8 / 4e-3**2]
+    return mass, stiffness, starts

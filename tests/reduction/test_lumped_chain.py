@@ -20,7 +20,7 @@ from cabledrive.reduction.quality import (
 )
 from cabledrive.reduction.two_motors import line_at, winched_machine
 from cabledrive.rig import Motion, RigOptions
-from network_samples import as_route, route, without_gravity
+from network_samples import as_route, printer_belt, route, without_gravity
 
 DRIVE = cd.load_drive("dissertation-3")
 J11, J12, J2, B1 = 0.0011, 0.000642, 0.00235, 0.0031
@@ -175,30 +175,9 @@ def test_state_space_answers_as_the_model_does(model, measured):
 MIDDLE = "head.x=0.21"
 
 
-def printer_elements(parts):
-    """Mass and stiffness of the belt of `printer.toml`, each span of so many elements, by hand.
-
-    The belt is a ring: head, motor, lower idler, upper idler; its coordinate is the motion of the belt.
-    """
-    rigidity, density, tension = 19.4e3, 8.3e-3, 30.0
-    lengths = np.array([0.18, 0.40, 4.732e-3, 0.18]) / (1.0 + tension / rigidity)
-    n = 4 * parts
-    mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
-    for span, length in enumerate(lengths):
-        for k in range(parts):
-            pair = np.ix_(*[[span * parts + k, (span * parts + k + 1) % n]] * 2)
-            stiffness[pair] += rigidity * parts / length * np.array([[1, -1], [-1, 1]])
-            mass[pair] += density * length / parts / 6.0 * np.array([[2, 1], [1, 2]])
-    radius = 6.366e-3
-    joints = [0.35, (1.6e-7 + 54e-7) / radius**2, 3e-8 / 4e-3**2, 3e-8 / 4e-3**2]
-    for joint, own in enumerate(joints):
-        mass[joint * parts, joint * parts] += own
-    return mass, stiffness, radius
-
-
 def printer_response(omega, parts):
     """Motor angle and head place per torque, from those elements; shape (frequencies, 2)."""
-    mass, stiffness, radius = printer_elements(parts)
+    (mass, stiffness, _), radius = printer_belt([parts] * 4), 6.366e-3
     force = np.zeros(len(mass))
     force[parts] = 1.0 / radius
     found = [np.linalg.solve(stiffness * (1 + 1j * LOSS_FACTOR) - w**2 * mass, force) for w in omega]

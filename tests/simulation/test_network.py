@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,11 +12,9 @@ from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.network.case import left_out, network_case
-from network_samples import as_route, without_gravity
+from network_samples import PRINTER_SPANS, as_route, printer_belt, route, without_gravity
 
-TESTS = Path(__file__).parent.parent
-ROUTES = TESTS / "parameters" / "routes"
-PRINTER = cd.load_drive(ROUTES / "printer.toml")
+PRINTER = route("printer")
 UPPER = "drive pulley to load pulley"
 
 
@@ -148,20 +145,10 @@ def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
 
 
 def printer_lumps(parts):
-    """Masses and stiffness of the printer's belt as a ring of lumps on springs, by hand, each span alike."""
-    rigidity, density, tension = 19.4e3, 8.3e-3, 30.0
-    lengths = np.array([0.18, 0.40, 4.732e-3, 0.18])
-    counts = np.maximum(1, np.rint(parts * lengths / lengths.max())).astype(int)
-    density, stiffness = density / (1.0 + tension / rigidity), rigidity + tension
-    starts = np.concatenate(([0], np.cumsum(counts)))
-    mass, matrix = np.zeros(starts[-1]), np.zeros((starts[-1], starts[-1]))
-    for start, count, length in zip(starts, counts, lengths, strict=False):
-        for node in range(start, start + count):
-            pair = [node, (node + 1) % starts[-1]]
-            mass[pair] += 0.5 * density * length / count
-            matrix[np.ix_(pair, pair)] += stiffness * count / length * np.array([[1, -1], [-1, 1]])
-    mass[starts[:4]] += [0.35, (1.6e-7 + 54e-7) / 6.366e-3**2, 3e-8 / 4e-3**2, 3e-8 / 4e-3**2]
-    return mass, matrix, starts
+    """Masses and stiffness of the printer's belt as lumps on springs, about so many to the longest span."""
+    counts = np.maximum(1, np.rint(parts * PRINTER_SPANS / PRINTER_SPANS.max())).astype(int)
+    mass, matrix, starts = printer_belt(counts, lumped=True)
+    return np.diag(mass), matrix, starts
 
 
 def test_two_idlers_move_as_lumps_on_springs():
@@ -247,16 +234,6 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(measured):
     assert not held.channel("speed of slip at guide").any()
 
 
-def test_a_span_that_goes_slack_stops_the_run_and_says_where():
-    found = cd.simulate(PRINTER, 0.05, torque=2.0, scheme=Scheme(segments=6))
-    assert "goes slack" in found.stopped
-    assert found.slack_events[0].span in found.spans
-    on = cd.simulate(PRINTER, 0.01, torque=2.0, scheme=Scheme(segments=6, slack="tension-only"))
-    assert on.stopped is None
-    assert len(on.slack_events) > 0
-    assert min(span["least_tension"] for span in on.summary()["spans"]) == 0.0
-
-
 def test_the_energy_handled_is_what_a_plucked_machine_starts_with():
     found = cd.simulate(PRINTER, 2e-3, start=shaped("triangle"), scheme=Scheme(segments=8))
     tension = found.channel("mean tension, motor to lower idler")[0]
@@ -338,7 +315,7 @@ def printer_in_exudyn(elements, torque, steps, duration=0.01):
         "axialStiffness": rigidity + tension,
         "bendingStiffness": 0.0,
     }
-    lengths = np.array([0.18, 0.40, 4.732e-3, 0.18])
+    lengths = PRINTER_SPANS
     ground = system.AddMarker(
         item.MarkerNodeCoordinate(nodeNumber=system.AddNode(item.NodePointGround()), coordinate=0)
     )
