@@ -132,12 +132,12 @@ def one_step(p, x, torque, h):
 
 @njit_strict
 def shaken(p, torque, interval, step):
-    """Angles of the three inertias under a torque that is held from sample to sample."""
-    x, out = np.zeros(8), np.zeros((torque.size, 3))
+    """Angles and speeds of the three inertias under a torque that is held from sample to sample."""
+    x, out = np.zeros(8), np.zeros((torque.size, 6))
     steps = int(np.ceil(interval / step - 1e-9))
     h = interval / steps
     for k in range(torque.size):
-        out[k] = x[:3]
+        out[k] = x[:6]
         for _ in range(steps):
             one_step(p, x, torque[k], h)
     return out
@@ -187,7 +187,7 @@ def shaken_log(truth: Truth, seconds: float, amplitude: float, seed: int, band=(
     phases = generator.uniform(0.0, 2.0 * pi, len(lines))
     wave = np.sin(2.0 * pi * np.outer(time, lines) + phases).sum(axis=1)
     torque = amplitude * wave / np.abs(wave).max() + generator.normal(0.0, 0.005, time.size)
-    angles = shaken(truth.values, torque, interval, STEP)
+    angles = shaken(truth.values, torque, interval, STEP)[:, :3]
     angles[:, 2] += truth["eccentric"] * np.sin(angles[:, 2] + 0.4)
     logged = torque + generator.normal(0.0, 0.006, time.size)
     read = [

@@ -1,11 +1,8 @@
 """Whatever is wrong with a log: the status of the contract, and one line on standard error."""
 
-import json
 import struct
-import subprocess
-import sys
 import zlib
-from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,14 +15,13 @@ from cabledrive.parameters import InputRefused
 from cabledrive.rig.experiment import load_excitation
 from cabledrive.rig.virtual_rig import run_rig
 from cabledrive.studies.study.goals import load_goals
+from command import call, object_of, refusal, run, the_line
 
 ROWS, INTERVAL = 12_000, 1e-3
 TIME = INTERVAL * np.arange(ROWS)
 
 
 def rig_log(command, limit=None):
-    from dataclasses import replace
-
     log = run_rig(replace(bench_rig(BENCH_TESTS[1]), torque_limit=limit), command, np.random.default_rng(0))
     return log.channel("torque"), log.channel("angle")
 
@@ -44,74 +40,43 @@ def text(torque, angle, head="time [s],torque [N m],angle [rad]", rows=slice(Non
     return "\n".join([head, *(",".join(f"{x:.9g}" for x in row) for row in table)]) + "\n"
 
 
-def identify(capsys, path, *options):
-    from cabledrive.app.main import main
-
-    try:
-        status = main(["identify", str(path), "--json", *options])
-    except SystemExit as end:
-        status = end.code
-    out = capsys.readouterr()
-    return status or 0, out.out, out.err
+def identified(path, content):
+    """What `identify --json` does with a log of this content."""
+    path.write_text(content)
+    return call("identify", path, "--json")
 
 
-def answer_to(capsys, tmp_path, name, content):
-    path = tmp_path / name
-    path.write_bytes(content) if isinstance(content, bytes) else path.write_text(content)
-    return identify(capsys, path)
+@pytest.mark.parametrize("still", ["torque", "angle"])
+def test_constant_signals_are_refused(tmp_path, sound, still):
+    moving = np.array([still != "torque", still != "angle"])
+    torque, angle = moving[:, None] * np.array(sound)
+    (tmp_path / "t.csv").write_text(text(torque, angle))
+    assert f"{still} is constant" in refusal("identify", tmp_path / "t.csv")
 
 
-def refused(answer, name, words):
-    status, out, err = answer
-    assert (status, out) == (2, ""), err
-    assert err.count("\n") == 1, err
-    assert words in err, err
-    assert name in err, err
-
-
-def summed(answers):
-    """Of several answers: how many have which status, and the lines of each on standard error."""
-    statuses = Counter(status for status, _, _ in answers)
-    message = ", ".join(f"{count} of {len(answers)} status {status}" for status, count in statuses.items())
-    return f"{message}; at most {max(err.count(chr(10)) for _, _, err in answers)} line on standard error"
-
-
-def test_constant_signals_are_refused(tmp_path, capsys, sound):
-    torque, angle = sound
-    torque_stands = answer_to(capsys, tmp_path, "t.csv", text(0 * torque + 0.1, angle))
-    refused(torque_stands, "t.csv", "torque is constant")
-    refused(answer_to(capsys, tmp_path, "a.csv", text(torque, 0 * angle)), "a.csv", "angle is constant")
-
-
-def test_a_torque_that_saturates_nearly_always_is_refused(tmp_path, capsys):
+def test_a_torque_that_saturates_nearly_always_is_refused(tmp_path):
     torque, angle = rig_log(sines(0.3), limit=0.35)
-    answer = answer_to(capsys, tmp_path, "s.csv", text(np.clip(torque, -0.35, 0.35), angle))
-    refused(answer, "s.csv", "the torque saturates")
+    (tmp_path / "s.csv").write_text(text(np.clip(torque, -0.35, 0.35), angle))
+    assert "the torque saturates" in refusal("identify", tmp_path / "s.csv")
 
 
-def test_motion_in_one_direction_cannot_part_coulomb_friction_and_offset(tmp_path, capsys):
-    (tmp_path / "one.csv").write_text(text(*rig_log(sines(0.02, bias=0.15))))
-    status, out, err = identify(capsys, tmp_path / "one.csv")
-    answer = json.loads(out)
-    assert status == 3
-    assert "coulomb friction, offset torque are not identifiable separately" in err
-    assert err.count("\n") == 1
-    assert answer["parameters"]["coulomb_friction"]["value"] is None
-    assert answer["parameters"]["inertia"]["value"] == pytest.approx(0.001742, rel=0.05)
+def test_motion_in_one_direction_cannot_part_coulomb_friction_and_offset(tmp_path):
+    done = identified(tmp_path / "one.csv", text(*rig_log(sines(0.02, bias=0.15))))
+    found = object_of(done.stdout)["parameters"]
+    assert done.exit_code == 3
+    assert "coulomb friction, offset torque are not identifiable separately" in the_line(done.stderr)
+    assert found["coulomb_friction"]["value"] is None
+    assert found["inertia"]["value"] == pytest.approx(0.001742, rel=0.05)
 
 
 @pytest.mark.parametrize("kind", ["swapped", "reversed"])
-def test_a_negative_inertia_is_a_finding_with_status_3(tmp_path, capsys, sound, kind, measured):
+def test_a_negative_inertia_is_a_finding_with_status_3(tmp_path, sound, kind):
     torque, angle = sound
-    content = text(angle, torque) if kind == "swapped" else text(-torque, angle)
-    (tmp_path / "n.csv").write_text(content)
-    status, out, err = identify(capsys, tmp_path / "n.csv")
-    measured(summed([(status, out, err)]))
-    assert status == 3, err
-    assert "are torque and angle swapped" in err
-    assert err.count("\n") == 1
-    answer = json.loads(out)
-    assert answer["findings"] or not answer["identifiable"]
+    done = identified(tmp_path / "n.csv", text(angle, torque) if kind == "swapped" else text(-torque, angle))
+    assert done.exit_code == 3, done.stderr
+    assert "are torque and angle swapped" in the_line(done.stderr)
+    found = object_of(done.stdout)
+    assert found["findings"] or not found["identifiable"]
 
 
 def packed_matlab(path, size):
@@ -196,11 +161,11 @@ def test_a_corrupt_video_is_status_2_in_one_line(tmp_path):
     """In a process of its own: the decoder must not speak on standard error either."""
     pytest.importorskip("cv2", reason="needs the extra camera")
     (tmp_path / "corrupt.mp4").write_bytes(b"no video at all" * 50)
-    arguments = ["camera", str(tmp_path / "corrupt.mp4"), "--frame-rate", "480", "--scale", "1 mm", "--json"]
-    command = [sys.executable, "-m", "cabledrive", *arguments, "-o", str(tmp_path / "x.csv")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
-    assert "is no video" in done.stderr
+    done = run(
+        "camera", tmp_path / "corrupt.mp4", "--frame-rate", "480", "--scale", "1 mm", "--json", "-o", "x.csv"
+    )
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    assert "is no video" in the_line(done.stderr)
 
 
 # --- The configuration of `identify`: each value is of its kind, or refused in one line with its remedy

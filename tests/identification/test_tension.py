@@ -127,17 +127,6 @@ def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
     assert worst < 0.01, worst
 
 
-@pytest.mark.parametrize("ratios", [(1.0,), (1.0, 2.756, 5.404), (1.0, 1.594, 2.136, 2.296)])
-def test_a_knock_is_no_string(ratios, measured):
-    """One decaying tone, those of a bar with free ends, those of a plate."""
-    drive, time = cd.load_drive("dissertation-3"), np.arange(4000) / 4000.0
-    values = sum(np.exp(-8.0 * time) * np.cos(2 * np.pi * 83.0 * k * time) / k for k in ratios)
-    values = values + 0.01 * np.random.default_rng(1).normal(size=time.size)
-    with pytest.raises(cd.NotComputed, match="no string") as refused:
-        tension_from_ping(log_of(time, {"sound": values}, {}), drive)
-    measured(str(refused.value))
-
-
 def test_the_part_of_length_and_mass_is_beside_the_tension():
     """By the string formula T = 4 rho L^2 f^2 a per cent of the length is two, of the mass one."""
     log, drive, tension = by_the_string_formula(5)
@@ -179,13 +168,6 @@ def test_both_spans_of_a_log_are_assigned_by_their_names():
     assert found.as_dict()["parameters"]["tension_lower"]["unit"] == "N"
 
 
-def test_noise_alone_has_no_tension():
-    time = np.arange(4000) / 2000.0
-    log = log_of(time, {"position": np.random.default_rng(3).normal(size=time.size)}, {"position": "m"})
-    with pytest.raises(cd.NotComputed, match="no tone"):
-        tension_from_ping(log, cd.load_drive("dissertation-3"))
-
-
 @pytest.mark.parametrize("kind", ["int16", "float32", "uint8"])
 def test_a_sound_file_is_a_log(tmp_path, kind):
     _, values = rung(cd.load_drive("dissertation-3"), 4, rate=8000.0)
@@ -201,9 +183,7 @@ def test_a_sound_file_is_a_log(tmp_path, kind):
 @pytest.mark.parametrize("content", [b"", b"RIFF\x00\x00\x00\x00WAVEfmt ", b"no sound at all" * 9])
 def test_a_corrupt_sound_file_is_refused_in_one_line(tmp_path, content):
     (tmp_path / "ping.wav").write_bytes(content)
-    with pytest.raises(cd.InputRefused, match=r"ping\.wav") as refusal:
-        read_wav(tmp_path / "ping.wav")
-    assert "\n" not in str(refusal.value)
+    assert "ping.wav" in refusal("identify", tmp_path / "ping.wav", "--ping", "elevator")
 
 
 def test_a_clipped_recording_is_reported(tmp_path):
@@ -264,23 +244,42 @@ def test_a_sweep_is_no_ping(seconds, noise, measured):
     measured(f"sweep of {seconds} s: {str(refused.value)[:60]}")
 
 
-def test_a_sweep_past_the_tone_of_the_span_is_no_ping():
+def noise_alone(drive):
+    return np.arange(4000) / 2000.0, np.random.default_rng(3).normal(size=4000)
+
+
+def swept_past_its_tone(drive):
     """The span answers the sweep with its resonance, damping ratio 0.01: it swells before it dies away."""
-    drive = cd.load_drive("dissertation-3")
     time, force = chirp(drive, 20.0)
-    first = next(m.frequency for m in cd.modes(drive, count=40).transverse if m.span == "upper")
-    w = 2 * np.pi * first
-    kernel = np.exp(-0.01 * w * time) * np.sin(w * time)
-    values = np.convolve(force, kernel)[: time.size]
-    with pytest.raises(cd.NotComputed, match="no ping"):
-        tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
+    w = 2 * np.pi * next(m.frequency for m in cd.modes(drive, count=40).transverse if m.span == "upper")
+    return time, np.convolve(force, np.exp(-0.01 * w * time) * np.sin(w * time))[: time.size]
 
 
-def test_a_hum_is_no_ping():
-    drive = cd.load_drive("dissertation-3")
-    time, values = rung(drive, 0, decay=0.0)
-    with pytest.raises(cd.NotComputed, match="does not decay"):
-        tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive)
+def knock(*ratios):
+    """One decaying tone, those of a bar with free ends, those of a plate."""
+    time = np.arange(4000) / 4000.0
+    values = sum(np.exp(-8.0 * time) * np.cos(2 * np.pi * 83.0 * k * time) / k for k in ratios)
+    return lambda drive: (time, values + 0.01 * np.random.default_rng(1).normal(size=time.size))
+
+
+@pytest.mark.parametrize(
+    "name, made, words",
+    [
+        ("dissertation-3", noise_alone, "no tone"),
+        ("dissertation-3", swept_past_its_tone, "no ping"),
+        ("dissertation-3", lambda drive: rung(drive, 0, decay=0.0), "does not decay"),
+        ("elevator", lambda drive: rung(drive, 0), "record longer"),  # its first mode is some Hz
+        ("dissertation-3", knock(1.0), "no string"),
+        ("dissertation-3", knock(1.0, 2.756, 5.404), "no string"),
+        ("dissertation-3", knock(1.0, 1.594, 2.136, 2.296), "no string"),
+    ],
+)
+def test_what_is_no_ping_of_a_string_is_refused(name, made, words, measured):
+    drive = cd.load_drive(name)
+    time, values = made(drive)
+    with pytest.raises((cd.NotComputed, cd.InputRefused), match=words) as refused:
+        tension_from_ping(log_of(time, {"sound": values}, {}), drive)
+    measured(str(refused.value))
 
 
 @pytest.mark.parametrize("silence", [0.0, 0.1, 1.0])
@@ -292,14 +291,6 @@ def test_a_ping_after_a_silence_is_a_ping(silence):
     time = np.arange(values.size) / 2000.0
     found = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
     assert found.tension.value == pytest.approx(7.0, rel=0.01)
-
-
-def test_a_recording_too_short_for_the_span_is_refused():
-    """Two seconds of the elevator's ropes, whose first mode is some Hz: nothing is left after thinning."""
-    drive = cd.load_drive("elevator")
-    time, values = rung(drive, 0)
-    with pytest.raises(cd.InputRefused, match="record longer"):
-        tension_from_ping(log_of(time, {"sound": values}, {}), drive)
 
 
 # --- Both spans sound in one recording: two families of partials, two tensions, or one line why not
@@ -339,15 +330,6 @@ def test_equal_tensions_are_one_family_and_the_line_says_so():
     low, high = found.spans["heard"].tension.low, found.spans["heard"].tension.high
     assert low < one.upper < high, (low, one.upper, high)
     assert np.isnan(found.standing_torque.value)
-
-
-def test_tensions_within_a_line_width_are_not_separated_and_both_lie_in_the_interval():
-    """0.3 % between them, 0.15 Hz of 101 Hz, where a line is 1.3 Hz wide."""
-    one = played(10_021, pretension=7.0, share=0.0015, damping=4.0, rate=1000.0)
-    found = tension_of_both(one.log, one.drive)
-    assert not found.identifiable, errors(found, one)
-    prepared = found.spans["heard"].tension
-    assert prepared.low < min(one.upper, one.lower) < max(one.upper, one.lower) < prepared.high, prepared
 
 
 def test_a_span_that_sounds_alone_is_one_family():
@@ -570,25 +552,11 @@ def ring(tension, seed, *, rate=4000.0, duration=2.0):
     return time, clean + 0.03 * np.abs(clean).max() * rng.normal(size=time.size)
 
 
-def logged(tension, seed):
-    time, sound = ring(tension, seed)
-    return log_of(time, {"sound": sound}, {"sound": ""}, "ping")
-
-
-def test_tension_is_that_of_the_string_formula_though_the_file_says_another():
-    drive = cd.load_drive("corexy")
-    for seed, tension in enumerate((22.0, 31.0, 48.0)):
-        found = tension_of_route_span(logged(tension, seed), drive, BELT_A).spans[BELT_A]
-        assert abs(found.tension.value - tension) < 4.0 * found.tension.standard_error
-        assert found.tension.value == pytest.approx(tension, rel=2e-3)
-        assert not found.findings
-
-
 def test_two_belts_are_compared_with_an_interval():
     drive = cd.load_drive("corexy")
     found = {
-        span: tension_of_route_span(logged(tension, seed), drive, span).spans[span]
-        for seed, (span, tension) in enumerate(((BELT_A, 30.0), (BELT_B, 26.0)))
+        span: tension_of_route_span(log_of(time, {"sound": sound}, {}), drive, span).spans[span]
+        for span, (time, sound) in ((BELT_A, ring(30.0, 0)), (BELT_B, ring(26.0, 1)))
     }
     apart, relative = compared(found)
     assert 0.0 < apart.low < 4.0 < apart.high

@@ -1,8 +1,7 @@
 """Two inertias from torque or voltage and one side or both, against plants that share no code with them."""
 
-import json
 from dataclasses import replace
-from math import pi, sin, tanh
+from math import pi
 from time import process_time
 from types import SimpleNamespace
 
@@ -14,77 +13,11 @@ from cabledrive.identification import two_sides
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import identify
 from cabledrive.parameters import InputRefused
+from command import answer
 from true_plants import NAMES as PLANT
 from true_plants import STEP, Truth, shaken
 
-TRUE = {
-    "inertia_motor": 2e-3,
-    "inertia_load": 3e-3,
-    "stiffness": 8.0,
-    "damping": 0.01,
-    "viscous_friction_motor": 2e-3,
-    "viscous_friction_load": 3e-3,
-    "coulomb_friction_motor": 0.02,
-    "coulomb_friction_load": 0.01,
-    "offset": 0.005,
-}
-INTERVAL, SAMPLES, SUBSTEPS = 2e-3, 1500, 20
-TONES = (0.7, 1.9, 4.3, 7.7, 11.3, 17.1)
 UNITS = {"torque": "N m", "voltage": "V", "velocity": "rad/s", "load_velocity": "rad/s", "angle": "rad"}
-
-
-def moved(input_, gain=1.0):
-    """Angles and speeds of motor and load at the samples; the input stands from sample to sample."""
-    j1, j2, k, d, b1, b2, c1, c2, offset = TRUE.values()
-    h = INTERVAL / SUBSTEPS
-
-    def rates(x, u):
-        twist = k * (x[0] - x[2]) + d * (x[1] - x[3])
-        first = (gain * u + offset - b1 * x[1] - c1 * tanh(x[1] / 1e-3) - twist) / j1
-        return x[1], first, x[3], (twist - b2 * x[3] - c2 * tanh(x[3] / 1e-3)) / j2
-
-    def along(x, rate, step):
-        return tuple(a + step * b for a, b in zip(x, rate, strict=True))
-
-    x, rows = (0.0, 0.0, 0.0, 0.0), []
-    for u in input_:
-        rows.append(x)
-        for _ in range(SUBSTEPS):
-            one = rates(x, u)
-            two = rates(along(x, one, h / 2), u)
-            three = rates(along(x, two, h / 2), u)
-            four = rates(along(x, three, h), u)
-            slope = [a + 2 * b + 2 * c + e for a, b, c, e in zip(one, two, three, four, strict=True)]
-            x = along(x, slope, h / 6)
-    return np.array(rows)
-
-
-@pytest.fixture(scope="module")
-def run():
-    rng = np.random.default_rng(1)
-    phases = rng.uniform(0.0, 6.0, len(TONES))
-    times = INTERVAL * np.arange(SAMPLES)
-    torque = [
-        0.08 * sum(sin(2 * np.pi * f * t + p) for f, p in zip(TONES, phases, strict=True)) for t in times
-    ]
-    return times, np.array(torque), moved(torque)
-
-
-def log(run, *names, noise=0.02, seed=2):
-    time, torque, states = run
-    rng = np.random.default_rng(seed)
-    speeds = states[:, [1, 3]] + noise * rng.normal(size=(time.size, 2))
-    count = 2 * np.pi / 20_000
-    known = {
-        "torque": torque,
-        "voltage": torque / 0.5,
-        "velocity": speeds[:, 0],
-        "load_velocity": speeds[:, 1],
-        "angle": count * np.floor(states[:, 0] / count),
-    }
-    return log_of(time, {name: known[name] for name in names}, {name: UNITS[name] for name in names})
-
-
 KEYS = {
     "inertia_motor": "j1",
     "inertia_load": "j3",
@@ -96,12 +29,42 @@ KEYS = {
     "coulomb_friction_load": "c3",
 }
 ARM = {"j1": 5e-5, "j3": 8e-5, "b1": 2e-4, "b3": 1e-4, "c1": 6e-3, "c3": 2e-3, "kc": 2.0, "bc": 4e-3}
+HEAVY = {"j1": 2e-3, "j3": 3e-3, "b1": 2e-3, "b3": 3e-3, "c1": 0.02, "c3": 0.01, "kc": 8.0, "bc": 0.01}
+TRUE = {name: HEAVY[key] for name, key in KEYS.items()} | {"offset": 0.005}
+
+
+def truth_with(values):
+    given = dict.fromkeys(PLANT, 0.0) | {"gear": 1.0, "stribeck_speed": 0.3} | values
+    return Truth(np.array([given[name] for name in PLANT]), 1e-3, (0.0, 0.0, 0.0))
+
+
+@pytest.fixture(scope="module")
+def run():
+    """Three seconds at 500 Hz: time, torque, and the states under it."""
+    phases = np.random.default_rng(1).uniform(0.0, 6.0, 6)
+    times = 2e-3 * np.arange(1500)
+    torque = 0.08 * np.sin(2 * pi * np.outer(times, (0.7, 1.9, 4.3, 7.7, 11.3, 17.1)) + phases).sum(axis=1)
+    return times, torque, shaken(truth_with(HEAVY | {"d1": TRUE["offset"]}).values, torque, 2e-3, STEP)
+
+
+def log(run, *names, noise=0.02, seed=2):
+    time, torque, states = run
+    rng = np.random.default_rng(seed)
+    speeds = states[:, [3, 5]] + noise * rng.normal(size=(time.size, 2))
+    count = 2 * np.pi / 20_000
+    known = {
+        "torque": torque,
+        "voltage": torque / 0.5,
+        "velocity": speeds[:, 0],
+        "load_velocity": speeds[:, 1],
+        "angle": count * np.floor(states[:, 0] / count),
+    }
+    return log_of(time, {name: known[name] for name in names}, {name: UNITS[name] for name in names})
 
 
 def arm_log(seed, seconds, amplitude, band, counts=(8192, 10_000), **changes):
     """Torque and both encoders of an arm with set-valued friction, torque held for 1 ms, and its numbers."""
-    values = dict.fromkeys(PLANT, 0.0) | {"gear": 1.0, "stribeck_speed": 0.3} | ARM | changes
-    truth = Truth(np.array([values[name] for name in PLANT]), 1e-3, (0.0, 0.0, 0.0))
+    truth = truth_with(ARM | changes)
     generator, time = np.random.default_rng(seed), 1e-3 * np.arange(round(1e3 * seconds))
     lines = np.arange(0.25, band, 0.25)
     wave = np.sin(2 * pi * np.outer(time, lines) + generator.uniform(0.0, 2 * pi, lines.size)).sum(axis=1)
@@ -158,22 +121,14 @@ def test_both_speeds_and_the_torque_give_all_parameters_at_the_door(run, tmp_pat
 
     The interval does not hold the error of the integration step, 0.7 % of the damping here.
     """
-    from click.testing import CliRunner
-
-    from cabledrive.app.main import main
-
     recorded = log(run, "torque", "velocity", "load_velocity")
     columns = np.column_stack([recorded.time, *recorded.channels.values()])
     head = "time [s],torque [N m],motor velocity [rad/s],load velocity [rad/s]\n"
     rows = "\n".join(",".join(repr(float(x)) for x in row) for row in columns)
     (tmp_path / "log.csv").write_text(head + rows + "\n")
-    done = CliRunner().invoke(
-        main, ["identify", str(tmp_path / "log.csv"), "--model", "two-inertia", "--json"]
-    )
-    assert done.exit_code == 0, done.stderr
-    answer = json.loads(done.stdout)
-    assert answer["model"] == "two-inertia"
-    entries = answer["parameters"]
+    found = answer("identify", tmp_path / "log.csv", "--model", "two-inertia")
+    assert found["model"] == "two-inertia"
+    entries = found["parameters"]
     measured(", ".join(f"{name} {entries[name]['value'] / TRUE[name] - 1:+.2%}" for name in TRUE))
     for name in ("inertia_motor", "inertia_load", "stiffness"):
         assert entries[name]["value"] == pytest.approx(TRUE[name], rel=0.01), entries
@@ -182,7 +137,7 @@ def test_both_speeds_and_the_torque_give_all_parameters_at_the_door(run, tmp_pat
         inside = entries[name]["low"] - error < value < entries[name]["high"] + error
         assert inside or abs(entries[name]["value"] / value - 1.0) < 0.01, (name, entries[name])
     assert entries["stiffness"]["unit"] == "N m/rad"
-    assert answer["findings"] == []
+    assert found["findings"] == []
 
 
 @pytest.mark.verify
