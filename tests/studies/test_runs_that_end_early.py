@@ -15,7 +15,7 @@ from cabledrive.studies.study.acceptance_stage import TriedLaws, accept
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
-from cabledrive.studies.study.plants import ControllerResult, LoadPlant
+from cabledrive.studies.study.plants import ControllerResult, Plant
 from cabledrive.studies.study.stage_cache import StageCache, as_plain
 from cabledrive.studies.study.verdict_stage import judge
 from study_drives import drive_of, goals
@@ -45,7 +45,7 @@ def accepted(pretension, *, drive=WRIST, law=LAW, draws=12):
     drive = replace(drive, cable=replace(drive.cable, pretension=pretension))
     known = know(drive, [], SPREADS, backlash=0.0)
     cache = StageCache(folder=None, note=lambda line: None)
-    plant = LoadPlant(drive=drive, goals=ASKED, cache=cache, known=known)
+    plant = Plant(drive=drive, goals=ASKED, cache=cache, known=known)
     return accept(plant, law, "lumped", draws, bound=BOUND)
 
 

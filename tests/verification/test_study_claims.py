@@ -29,7 +29,7 @@ from cabledrive.studies.study.chain_regression import identify_chain
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know
 from cabledrive.studies.study.machine import values_of
-from cabledrive.studies.study.plants import LoadPlant, design_controller, load_case
+from cabledrive.studies.study.plants import Plant, design_controller, load_case
 from cabledrive.studies.study.sampled_plants import LoadCase
 from cabledrive.studies.study.stage_cache import StageCache
 
@@ -206,7 +206,7 @@ def test_no_plant_within_the_datasheet_leaves_the_bound(draws, measured):
         StageCache(folder=None, note=lambda line: None),
         Goals(angle=np.pi / 4, duration=0.5, seed=7),
     )
-    plant = LoadPlant(drive=DRIVE, goals=asked, cache=cache, known=known)
+    plant = Plant(drive=DRIVE, goals=asked, cache=cache, known=known)
     runs = accept(plant, law, "lumped", draws, bound=control.bound)
     worst, bound = np.degrees(runs.peaks[-1]), np.degrees(control.bound)
     measured(f"bound {bound:.3f} deg, worst {worst:.3f} deg; {100 * runs.inside:.1f} % within")

@@ -21,7 +21,7 @@ from cabledrive.modal import Mode
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.reduction.sagging_model import BAND, SaggingModel, longitudinal_modes, sagging_model
+from cabledrive.reduction.sagging_model import SaggingModel, longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import free_stretches, static_state
 
 ONE_TO_TWO, SUM = "1:2", "sum"
@@ -90,29 +90,27 @@ def by_threshold(pair: Any) -> tuple[float, float]:
 def _of_stretch(model: SaggingModel, k: int, r: int, *, all_of_them: bool) -> list[CoupledPair]:
     part, natural, found = model.stretches[r], float(model.natural[k]), []
     still = abs(model.torque_shape[k]) <= 1e-9 * np.max(np.abs(model.torque_shape))
-    for a in range(part.omega.size):
-        for b in range(a, min(a + BAND + 1, part.omega.size)):
-            detuning = natural - float(part.omega[a] + part.omega[b])
-            near = abs(detuning) < (NEAR if a == b else NEAR_SUM) * natural
-            if not (near or (a == b and all_of_them)):
-                continue
-            itself = sqrt(abs(model.coupling[k, r, a, a] * model.coupling[k, r, b, b]))
-            if a != b and abs(model.coupling[k, r, a, b]) <= WEAKEST * itself:
-                continue
-            torque = inf if still else _threshold(model, k, r, a, b, detuning)
-            found.append(
-                CoupledPair(
-                    kind=ONE_TO_TWO if a == b else SUM,
-                    longitudinal_hz=natural / (2 * pi),
-                    span=part.span,
-                    section=part.ends,
-                    numbers=(a + 1, b + 1),
-                    transverse_hz=(float(part.omega[a]) / (2 * pi), float(part.omega[b]) / (2 * pi)),
-                    detuning_hz=detuning / (2 * pi),
-                    threshold_torque=torque if isfinite(torque) else None,
-                    reason="" if isfinite(torque) else STILL if still else TOO_FAR,
-                )
+    detunings, count = natural - np.add.outer(part.omega, part.omega), part.omega.size
+    off = np.abs(detunings) / natural
+    if all_of_them:
+        np.fill_diagonal(off, 0.0)
+    # A stretch that the mode does not strain is listed as well, with the reason.
+    strength = np.maximum(np.abs(model.coupling[k, r, :count, :count]), 1e-300 * np.eye(count))
+    for a, b in near_pairs(strength, off):
+        torque = inf if still else _threshold(model, k, r, a, b, float(detunings[a, b]))
+        found.append(
+            CoupledPair(
+                kind=ONE_TO_TWO if a == b else SUM,
+                longitudinal_hz=natural / (2 * pi),
+                span=part.span,
+                section=part.ends,
+                numbers=(a + 1, b + 1),
+                transverse_hz=(float(part.omega[a]) / (2 * pi), float(part.omega[b]) / (2 * pi)),
+                detuning_hz=float(detunings[a, b]) / (2 * pi),
+                threshold_torque=torque if isfinite(torque) else None,
+                reason="" if isfinite(torque) else STILL if still else TOO_FAR,
             )
+        )
     return found
 
 

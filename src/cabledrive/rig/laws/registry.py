@@ -128,9 +128,7 @@ def known_name(name: str | None, drive: Drive) -> str:
 
 def needed_order(name: str, drive: Drive) -> int:
     """Least order of a rise with as many bounded derivatives as a law takes, 4n - 1; 9 or more, (6.1)."""
-    inertias = INERTIAS.get(
-        name, 3 if highest_model(drive) == 4 or name in ("darc-4", "darc-4-damped") else 2
-    )
+    inertias = INERTIAS.get(name, 3 if highest_model(drive) == 4 else 2)
     return max(DISSERTATION_ORDER, 4 * inertias - 1)
 
 

@@ -33,7 +33,7 @@ from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals, error_unit, goal_of
 from cabledrive.studies.study.machine import mechanical
 from cabledrive.studies.study.modes_stage import ModesResult, find_modes, resonance_of
-from cabledrive.studies.study.plants import CarriagePlant, LoadPlant, Plant, load_case
+from cabledrive.studies.study.plants import CarriagePlant, Plant, load_case
 from cabledrive.studies.study.stage_cache import Made, StageCache
 from cabledrive.studies.study.verdict_stage import Verdict, judge
 
@@ -94,7 +94,7 @@ def run_study(
     hashes = [file.sha256 for file in files]
     note("[1/8] check of drive and data")
     checked = cache.staged("check", check, drive, records, hashes)
-    plant: Plant = LoadPlant(drive=drive, goals=goals, cache=cache, no_models="; ".join(checked.missing))
+    plant = Plant(drive=drive, goals=goals, cache=cache, no_models="; ".join(checked.missing))
     if drive.carriage and not checked.missing:
         plant = CarriagePlant(drive=drive, goals=goals, cache=cache)
     note("[2/8] identification from the logs")

@@ -164,8 +164,8 @@ class Candidates:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LoadPlant:
-    """A drive whose load pulley follows the motion."""
+class Plant:
+    """What a study takes through its stages: a drive whose load pulley follows the motion."""
 
     drive: Drive
     goals: Goals
@@ -195,7 +195,7 @@ class LoadPlant:
             "knowledge", know, self.drive, logs, goals.spreads, goals.load_inertia, backlash=goals.backlash
         )
 
-    def knowing(self, known: Knowledge) -> "LoadPlant":
+    def knowing(self, known: Knowledge) -> "Plant":
         """The drive with the best values; as its file says where something is missing."""
         drive = self.drive if self.no_models else known_drive(self.drive, known)
         return replace(self, drive=released(drive), known=known)
@@ -253,16 +253,13 @@ NO_MODELS = "a carriage divides the span; see the model of the carriage below"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CarriagePlant:
+class CarriagePlant(Plant):
     """A drive whose one carriage the scheduled law covers; logs do not identify it."""
 
-    drive: Drive
-    goals: Goals
-    cache: StageCache
-    known: Knowledge | None = None  # None: not yet
+    no_models: str = NO_MODELS
 
     kind = "carriage"
-    no_models = no_cable = NO_MODELS
+    no_cable = NO_MODELS
 
     @property
     def task(self) -> Goals:
@@ -277,10 +274,6 @@ class CarriagePlant:
         return self.cache.staged(
             "knowledge", carriage.know_carriage, bare(self.drive), self.task, spreads, logged=logged
         )
-
-    def knowing(self, known: Knowledge) -> "CarriagePlant":
-        """The same machine: no log has moved its values."""
-        return replace(self, drive=released(self.drive), known=known)
 
     def demand(self) -> DemandResult:
         """What the motion asks of motor and cable."""
@@ -347,7 +340,5 @@ class CarriageRuns:
         }
 
 
-Plant = LoadPlant | CarriagePlant
-"""What a study takes through its stages."""
 ClosedLoop = LoadLoop | CarriageRuns
 """A law that can be run on one plant after another."""
