@@ -5,8 +5,10 @@ poles), a rail joint once in a length. Where a coordinate moves with speed v, it
 :math:`f = h v`; it meets a mode of frequency :math:`f_n` at the critical speed :math:`f_n/h`.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.mode_map import Grid, Listed, listed_below, points_of
+from cabledrive.studies.mode_map import Grid, Mode, distinct, over, points_of
 
 MARGIN = 0.05
 _STRAINED = 1e-2
@@ -128,7 +130,7 @@ def excitation(
         raise InputRefused("orders: name at least one, each with a name of its own")
     rates_of = {order.name: frequency_per_speed(grid.drive, order, coordinate) for order in orders}
     covered = max(rates_of.values()) * high / (1.0 - margin)
-    axes, points = listed_below(grid, covered)
+    axes, _, points = over(grid, {"below": covered}, distinct)
     places = points_of(axes)[0]
     branches = tuple(_branches(points))
     met = (
@@ -146,25 +148,25 @@ def excitation(
         margin=margin,
         orders=rates_of,
         covered=covered,
-        certified=all(point.certified for point in points),
+        certified=all(point["certified"] for point in points),
         branches=branches,
         zones=tuple(zones),
     )
 
 
-def _branches(points: Sequence[Listed]) -> Iterator[Branch]:
+def _branches(points: Sequence[dict[str, Any]]) -> Iterator[Branch]:
     """Modes joined from point to point by number or order; infinite where beyond what was searched."""
+    listed_at: list[list[Mode]] = [point["modes"] for point in points]
     groups: dict[tuple[str, str], int] = {}
-    for point in points:
-        for label in {(mode.kind, mode.group) for mode in point.modes}:
-            number = sum((mode.kind, mode.group) == label for mode in point.modes)
+    for modes in listed_at:
+        for label, number in Counter((mode.kind, mode.group) for mode in modes).items():
             groups[label] = max(groups.get(label, 0), number)
     for (kind, group), number in sorted(groups.items()):
-        own = [[m for m in point.modes if (m.kind, m.group) == (kind, group)] for point in points]
+        own = [[m for m in modes if (m.kind, m.group) == (kind, group)] for modes in listed_at]
         for n in range(number):
             listed = [modes[n] if n < len(modes) else None for modes in own]
             hertz = np.array(
-                [np.nan if point.reason else mode.hertz if mode else np.inf
+                [np.nan if point["reason"] else mode.hertz if mode else np.inf
                  for point, mode in zip(points, listed, strict=True)]
             )  # fmt: skip
             found = [mode for mode in listed if mode is not None]

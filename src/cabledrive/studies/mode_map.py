@@ -91,10 +91,7 @@ def map_modes(
     """
     if not 0 < count <= MOST_MODES:
         raise InputRefused(f"count = {count} must lie between 1 and {MOST_MODES}: list fewer at a time")
-    axes, held, solved = _over(Grid(drive, vary, motor, hold, workers), count, _point)
-    points = list(solved)
-    if all(point["reason"] for point in points):
-        raise InputRefused(f"no point of the map is a machine: {points[0]['reason']}")
+    axes, held, points = over(Grid(drive, vary, motor, hold, workers), {"count": count}, _variables)
     return _dataset(drive, axes, points, count, held)
 
 
@@ -108,37 +105,16 @@ class Mode(NamedTuple):
     hertz: float
 
 
-class Listed(NamedTuple):
-    """All distinct modes of one point of a map below a frequency, ascending, and why there are none."""
-
-    modes: tuple[Mode, ...]
-    certified: bool
-    reason: str
-
-
-def listed_below(grid: Grid, below: float) -> tuple[list[Axis], list[Listed]]:
-    """Every distinct mode below a frequency [Hz] at each point of a grid, in the order of `points_of`."""
-    axes, _, solved = _over(grid, below, _below)
-    points = list(solved)
-    if all(point.reason for point in points):
-        raise InputRefused(f"no point of the map is a machine: {points[0].reason}")
-    return axes, points
-
-
 def points_of(axes: Sequence[Axis]) -> Array:
     """Values of the first key of each axis at every point of a grid, shape (axes, points)."""
     grid = np.meshgrid(*(axis.values[0] for axis in axes), indexing="ij")
     return np.array([values.ravel() for values in grid])
 
 
-def _below(job: tuple[Any, ...]) -> Listed:
-    drive, setting, below, motor, hold = job
-    try:
-        found = certified_modes(varied_together(drive, setting), below=below, motor=motor, hold=hold)
-    except (InputRefused, NotComputed) as failure:
-        return Listed((), False, str(failure))
+def distinct(_: Drive | RoutedDrive, found: Modes | None, below: float) -> dict[str, Any]:
+    """Every distinct mode of a point below a frequency [Hz], ascending."""
     listed: list[Mode] = []
-    for mode in found.modes:
+    for mode in () if found is None else found.modes:
         if mode.frequency < STILL * below:
             continue
         shares = {key: own for key, own in mode.kinetic_shares.items() if key != "cable"}
@@ -147,7 +123,7 @@ def _below(job: tuple[Any, ...]) -> Listed:
         before = next((own for own in reversed(listed) if (own.kind, own.group) == (mode.kind, group)), None)
         if before is None or abs(mode.frequency - before.hertz) > SAME * mode.frequency:
             listed.append(Mode(mode.kind, group, name if share > 0.0 else mode.family, share, mode.frequency))
-    return Listed(tuple(listed), found.certified, "")
+    return {"modes": listed}
 
 
 def _checked(drive: Drive | RoutedDrive, vary: Vary) -> list[Axis]:
@@ -171,8 +147,16 @@ def _checked(drive: Drive | RoutedDrive, vary: Vary) -> list[Axis]:
     return axes
 
 
-def _over(grid: Grid, most: float, solve: Callable[[Any], Any]) -> tuple[list[Axis], str, Iterable[Any]]:
-    """Axes of a grid, how the motor is held, and its points; ``most``: modes, or frequency [Hz]."""
+Read = Callable[[Drive | RoutedDrive, Modes | None, Any], dict[str, Any]]
+"""What a point of a map holds of its modes, up to a number or a frequency; None: it has none."""
+
+
+def over(grid: Grid, most: dict[str, Any], read: Read) -> tuple[list[Axis], str, list[dict[str, Any]]]:
+    """Axes of a grid, how the motor is held, and what each point holds, in the order of `points_of`.
+
+    ``most``: count of modes, or below which frequency [Hz], as of `cabledrive.modes`. Beside what is read a
+    point holds whether its list is certified, and why it has none.
+    """
     drive, axes = grid.drive, _checked(grid.drive, grid.vary)
     if isinstance(drive, RoutedDrive):
         held = condition(drive, grid.motor)
@@ -180,15 +164,18 @@ def _over(grid: Grid, most: float, solve: Callable[[Any], Any]) -> tuple[list[Ax
         held = motor_condition(drive, grid.motor)
     keys = [key for axis in axes for key in axis.keys]
     rows = (np.concatenate(place).tolist() for place in itertools.product(*(axis.values.T for axis in axes)))
-    settings = (dict(zip(keys, row, strict=True)) for row in rows)  # in the order of `points_of`
-    jobs = [(drive, setting, most, held, tuple(grid.hold)) for setting in settings]
-    return axes, held, _solved(jobs, grid.workers, solve)
+    settings = (dict(zip(keys, row, strict=True)) for row in rows)
+    jobs = [(drive, setting, most, held, tuple(grid.hold), read) for setting in settings]
+    points = list(_solved(jobs, grid.workers))
+    if all(point["reason"] for point in points):
+        raise InputRefused(f"no point of the map is a machine: {points[0]['reason']}")
+    return axes, held, points
 
 
-def _solved(jobs: list[tuple[Any, ...]], workers: int, solve: Callable[[Any], Any]) -> Iterable[Any]:
+def _solved(jobs: list[tuple[Any, ...]], workers: int) -> Iterable[dict[str, Any]]:
     """The points in order, by several processes where that pays."""
     if workers <= 1 or len(jobs) < FEW:
-        yield from map(solve, jobs)
+        yield from map(_point, jobs)
         return
     import multiprocessing
 
@@ -196,18 +183,23 @@ def _solved(jobs: list[tuple[Any, ...]], workers: int, solve: Callable[[Any], An
     method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
     # What the children have from this process they need not search for garbage.
     with multiprocessing.get_context(method).Pool(workers, initializer=gc.freeze) as pool:
-        yield from pool.imap(solve, jobs, chunksize=max(1, len(jobs) // (8 * workers)))
+        yield from pool.imap(_point, jobs, chunksize=max(1, len(jobs) // (8 * workers)))
 
 
 def _point(job: tuple[Any, ...]) -> dict[str, Any]:
-    """Variables of a map at one point: frequencies [Hz], padded by NaN, and why there are none."""
-    drive, setting, count, motor, hold = job
-    coordinates = coordinates_of(drive)
+    drive, setting, most, motor, hold, read = job
+    found, reason = None, ""
     try:
-        found = certified_modes(varied_together(drive, setting), count=count, motor=motor, hold=hold)
-        certified, reason = found.certified, ""
+        found = certified_modes(varied_together(drive, setting), **most, motor=motor, hold=hold)
     except (InputRefused, NotComputed) as failure:
-        found, certified, reason = None, False, str(failure)
+        reason = str(failure)
+    (limit,) = most.values()
+    return read(drive, found, limit) | {"certified": bool(found and found.certified), "reason": reason}
+
+
+def _variables(drive: Drive | RoutedDrive, found: Modes | None, count: int) -> dict[str, Any]:
+    """Variables of a map at one point: frequencies [Hz], padded by NaN."""
+    coordinates = coordinates_of(drive)
 
     def spread(kind: str, value: Callable[[Any], Any], empty: Any) -> list[Any]:
         own = [] if found is None else [m for m in found.modes if m.kind == kind]
@@ -220,8 +212,6 @@ def _point(job: tuple[Any, ...]) -> dict[str, Any]:
         "transverse_hz": spread("transverse", lambda m: m.frequency, np.nan),
         "family": spread("longitudinal", lambda m: m.family, ""),
         "span": spread("transverse", lambda m: m.span or "", ""),
-        "certified": certified,
-        "reason": reason,
         "coordinate_hz": hertz,
     }
 
