@@ -175,37 +175,31 @@ def track(
         options=options,
         plant=plant_drive,
     )
-    if file is not None:
-        loop = close_loop(spec, law_from_file(file, spec), np.random.default_rng(seed), plant)
-        loop = with_filter(loop, file)
-    else:
-        loop = close_loop(spec, law_for(controller, spec), np.random.default_rng(seed), plant)
-    loop = loop_with_loads(loop)
+    made = law_for(controller, spec) if file is None else law_from_file(file, spec)
+    loop = close_loop(spec, made, np.random.default_rng(seed), plant)
+    loop = loop_with_loads(loop if file is None else with_filter(loop, file))
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
     if draws:
         check_drawable(loop)
-    first, learnt = loop, None
+    first, learnt, more = loop, None, dict[str, Any]()
     learns = loop.controller.name == INDIRECT and not own and file is None
     if repeat and (learns or draws):
         other = f"{INDIRECT} makes its law anew after a pulse" if learns else "draws are runs of their own"
         raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
-    repeated = trial.repeat_motion(loop, spec, repeat) if repeat else None
-    if repeated is not None:
-        loop, done, _ = repeated
+    if repeat:
+        loop, done, more["repeated"] = trial.repeat_motion(loop, spec, repeat)
     elif learns:
         loop, done, learnt = run_indirect(spec, loop)
+        more["learnt"] = None if learnt is None else learnt.words
     else:
         done = run(loop)
     found = summarize(loop, done, seed)
     if learnt is not None:
         found = trial.judged_apart(found, first, loop, done)
-    if repeated is not None:
-        found.summary["repeated"] = repeated[2]
+    found.summary.update(more)
     if best:
         found.summary["best"] = trial.best_words(spec)
-    if learns:
-        found.summary["learnt"] = None if learnt is None else learnt.words
     if draws:
         found.summary["over_draws"] = trial.over_draws(first, spec, draws, seed)
     if isinstance(drive, AxisDrive):  # the error of a load that slides, and what the chain neglects

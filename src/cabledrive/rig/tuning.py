@@ -54,7 +54,6 @@ class TunedLaw:
     margins: Margins
     # smallest of what it keeps of each limit, over that limit; below 1 it is the one that comes closest
     reached: float
-    seconds: float = 0.0  # what the tuning took [s]
 
     @property
     def accepted(self) -> bool:
@@ -91,20 +90,22 @@ def setting_of(
     more: str = "",
 ) -> LawSetting:
     """A law `tuned` within the limits, or why it cannot be; ``more``: what ``worst`` adds to them."""
+    begun = time.perf_counter()
     try:
         found = tuned(name, spec, disturbances, worst)
     except (NotComputed, InputRefused) as failure:
         return LawSetting(controller=name, reason=str(failure))
+    seconds = time.perf_counter() - begun
     if not found.accepted:
         why = f"no bandwidth keeps {limit_words(spec)}{more}"
-        return LawSetting(controller=name, seconds=found.seconds, reason=why)
+        return LawSetting(controller=name, seconds=seconds, reason=why)
     limits = {key: float(value) for key, value in asdict(found.margins).items()}
     return LawSetting(
         controller=name,
         bandwidth=found.bandwidth,
         filter=found.filter,
         margins={key: value if np.isfinite(value) else None for key, value in limits.items()},
-        seconds=found.seconds,
+        seconds=seconds,
     )
 
 
@@ -198,7 +199,7 @@ def tuned(
 def _tuned(
     name: str, spec: DesignSpec, disturbances: Disturbances, worst: Callable[[Controller], float] | None
 ) -> TunedLaw:
-    begun, design = time.perf_counter(), registry.CONTROLLERS[name]
+    design = registry.CONTROLLERS[name]
 
     def tried(words: str, tuning: KalmanTuning | None, hertz: float) -> TunedLaw | None:
         try:
@@ -222,17 +223,14 @@ def _tuned(
         registry.check_sample_rate(design(replace(spec, bandwidth=SETTINGS_HZ[0])), spec.interval)
         raise NotComputed(f"{name}: no loop can be made at any bandwidth: give one")
     kept = [one for one in found if one.accepted]
-    if kept:
-        errors = []
-        for one in kept:
-            drawn = disturbed_loops(one.loop, disturbances, TUNING_SEED, range(TUNING_DRAWS))
-            largest = over(drawn).errors.max() if worst is None else worst(one.loop.controller)
-            errors.append(largest)
-        best = kept[int(np.argmin(errors))]
-        best = best if np.isfinite(min(errors)) else replace(best, reached=0.0)
-    else:
-        best = max(found, key=lambda one: one.reached)
-    return replace(best, seconds=time.perf_counter() - begun)
+    if not kept:
+        return max(found, key=lambda one: one.reached)
+    errors = []
+    for one in kept:
+        drawn = disturbed_loops(one.loop, disturbances, TUNING_SEED, range(TUNING_DRAWS))
+        errors.append(over(drawn).errors.max() if worst is None else worst(one.loop.controller))
+    best = kept[int(np.argmin(errors))]
+    return best if np.isfinite(min(errors)) else replace(best, reached=0.0)
 
 
 def _highest(tried: Callable[[float], TunedLaw | None], top: int) -> TunedLaw | None:
