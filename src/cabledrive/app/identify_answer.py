@@ -1,17 +1,20 @@
 """What `identify` says: rows of parameters, findings, tensions from pings, friction at wraps and bearings."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from cabledrive.app.results import Absent, Answer, provenance
+from cabledrive.app.results import Answer, Keys, provenance
+from cabledrive.identification.estimates import Estimate
+from cabledrive.identification.logs.log import ColumnMap
+from cabledrive.identification.logs.reading import read_log
+from cabledrive.identification.rope_friction import FrictionSplit, split_friction
+from cabledrive.identification.tension.both import tension_of_both
+from cabledrive.identification.tension.recording import read_ping
+from cabledrive.identification.tension.strings import compared, tension_from_ping, tensions_of_spans
 from cabledrive.parameters import Drive, InputRefused, load_drive
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route.drive import RoutedDrive
-
-if TYPE_CHECKING:
-    from cabledrive.identification.estimates import Estimate
-    from cabledrive.identification.logs.log import ColumnMap
-    from cabledrive.identification.rope_friction import FrictionSplit
+from cabledrive.report.blocks import table, table_text
 
 OF_LOOPS = ("upper", "lower", "both")
 
@@ -43,11 +46,12 @@ def _span_of_loop(spans: tuple[str, ...]) -> str | None:
     return spans[0] if spans else None
 
 
+VANISHING = "tones at vanishing amplitude against certified modes"
+TWO_FAMILIES = "two families of decaying tones against certified modes"
+
+
 def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, ...], columns: Any) -> Answer:
     """Tension of named spans, one recording each; the first two are compared."""
-    from cabledrive.identification.tension.recording import read_ping
-    from cabledrive.identification.tension.strings import compared, tensions_of_spans
-
     if not spans:
         names = ", ".join(span.name for span in drive.free_spans[:6])
         raise InputRefused(f"--ping: name the span that was plucked with --span, such as {names}")
@@ -60,7 +64,7 @@ def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, 
         "data": [report for part in parts for report in part["data"]],
         "residual": max((part["residual"] for part in parts), key=lambda own: own["relative"]),
     }
-    lines = [*parameter_rows(data), *_length_and_mass(data)]
+    between = []
     if len(found) > 1:
         both = list({name: own for one in found for name, own in one.spans.items()}.items())[:2]
         apart, relative = compared(dict(both))
@@ -70,52 +74,38 @@ def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, 
             "relative": relative,
             "differ": not apart.low <= 0.0 <= apart.high,
         }
-        lines.append(
+        between.append(
             f"{both[0][0]} against {both[1][0]}: {apart.value:+.4g} N "
             f"({apart.low:+.4g} to {apart.high:+.4g} N), {100 * relative:+.3g} %"
         )
-    return Answer(
-        data=data,
-        text="\n".join([*lines, *finding_lines(data)]),
-        provenance=provenance(drive, method="tones at vanishing amplitude against certified modes"),
-    )
+    return _tensions(drive, data, VANISHING, between)
 
 
 def _ping(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], columns: Any) -> Answer:
     """Tension of each span from one recording."""
-    from cabledrive.identification.tension.recording import read_ping
-    from cabledrive.identification.tension.strings import tension_from_ping
-
     found = tension_from_ping(read_ping(_only(logs), columns), drive, span=place[0], section=place[1])
-    data = found.as_dict()
     formula = [
         f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"
         for one in found.spans.values()
     ]
-    return Answer(
-        data=data,
-        text="\n".join([*parameter_rows(data), *_length_and_mass(data), *formula, *finding_lines(data)]),
-        provenance=provenance(drive, method="tones at vanishing amplitude against certified modes"),
-    )
+    return _tensions(drive, found.as_dict(), VANISHING, formula)
 
 
 def _ping_of_both(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], columns: Any) -> Answer:
     """Tension of both spans from one recording in which both sound."""
-    from cabledrive.identification.tension.both import tension_of_both
-    from cabledrive.identification.tension.recording import read_ping
-
     found = tension_of_both(read_ping(_only(logs), columns), drive, plucked=place[0], section=place[1])
-    data = found.as_dict()
-    return Answer(
-        data=data,
-        text="\n".join([*parameter_rows(data), *_length_and_mass(data), *finding_lines(data)]),
-        provenance=provenance(drive, method="two families of decaying tones against certified modes"),
-        incomplete=None if found.identifiable else found.unidentifiable[0],
-    )
+    missing = None if found.identifiable else found.unidentifiable[0]
+    return _tensions(drive, found.as_dict(), TWO_FAMILIES, (), missing)
 
 
-def _length_and_mass(data: dict[str, Any]) -> list[str]:
-    """What is not in the intervals: errors of the file's length and mass per length."""
+def _tensions(
+    drive: Drive | RoutedDrive,
+    data: dict[str, Any],
+    method: str,
+    more: Sequence[str],
+    missing: str | None = None,
+) -> Answer:
+    """Tensions, what errors of the file's length and mass per length add to their intervals, findings."""
     lines = []
     for name, one in data["spans"].items():
         length, mass = one["of_length_and_mass"].values()
@@ -123,7 +113,8 @@ def _length_and_mass(data: dict[str, Any]) -> list[str]:
             f"not in the interval of {name}: 1 % of the length moves it by {length:.2g} N, 1 % of the mass "
             f"per length by {mass:.2g} N"
         )
-    return lines
+    text = "\n".join([*parameter_rows(data), *lines, *more, *finding_lines(data)])
+    return Answer(data=data, text=text, provenance=provenance(drive, method=method), incomplete=missing)
 
 
 def _only(logs: tuple[str, ...]) -> str:
@@ -143,8 +134,7 @@ def parameter_rows(data: dict[str, Any]) -> list[str]:
         else:
             low, high = ("none" if entry[k] is None else f"{entry[k]:.6g}" for k in ("low", "high"))
             rows.append((name, f"{entry['value']:.6g}", low, high, entry["unit"]))
-    widths = [max(len(row[k]) for row in rows) for k in range(4)]
-    return ["  ".join(f"{c:<{w}}" for c, w in zip(row, [*widths, 0], strict=True)) for row in rows]
+    return [table_text(table("", " | ".join(rows[0]), rows[1:]))]
 
 
 def finding_lines(data: dict[str, Any]) -> list[str]:
@@ -159,18 +149,15 @@ def finding_lines(data: dict[str, Any]) -> list[str]:
 SPLIT = "least squares on strokes between reversals, errors of strokes and of the elastic cable"
 
 
-def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: "ColumnMap") -> Answer:
+def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: ColumnMap) -> Answer:
     """Both frictions from logs at their tensions [N]; not complete where they are not told apart."""
-    from cabledrive.identification.logs.reading import read_log
-    from cabledrive.identification.rope_friction import split_friction
-
     found = split_friction([read_log(log, columns) for log in logs], tensions)
     data = {
         "separated": not found.reason,
-        "bearings": _estimate(found.constant),
-        "wraps_per_tension": _estimate(found.per_tension),
+        "bearings": ESTIMATE(found.constant),
+        "wraps_per_tension": ESTIMATE(found.per_tension),
         "total": [
-            {"tension": tension, **_estimate(own)}
+            {"tension": tension, **ESTIMATE(own)}
             for tension, own in zip(sorted(set(found.tensions)), found.total, strict=True)
         ],
         "strokes": found.strokes,
@@ -184,14 +171,10 @@ def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: "Colum
     )
 
 
-def _estimate(own: "Estimate") -> dict[str, Any]:
-    if own.reason:
-        names = ("value", "low", "high")
-        return {"unit": own.unit} | {name: Absent(reason=own.reason) for name in names}
-    return {"unit": own.unit, "value": own.value, "low": own.low, "high": own.high}
+ESTIMATE = Keys(Estimate, "unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"))
 
 
-def _split_text(found: "FrictionSplit") -> str:
+def _split_text(found: FrictionSplit) -> str:
     lines = [
         f"All friction at {tension:.4g} N: {_interval(own)}"
         for tension, own in zip(sorted(set(found.tensions)), found.total, strict=True)
@@ -205,6 +188,6 @@ def _split_text(found: "FrictionSplit") -> str:
     return "\n".join([*lines, *(f"Finding: {line}." for line in found.findings)])
 
 
-def _interval(own: "Estimate") -> str:
+def _interval(own: Estimate) -> str:
     unit = "N m" if own.unit == "N m" else "N m per N"
     return f"{own.value:.4g} {unit}, 95 % interval {own.low:.4g} to {own.high:.4g}"

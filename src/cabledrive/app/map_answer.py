@@ -4,11 +4,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cabledrive.app.results import Keys
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
+from cabledrive.report.blocks import table, table_text
 from cabledrive.studies.excitation_orders import Campbell, Zone
 from cabledrive.studies.frequency_curves import quantity_of
+from cabledrive.studies.sway import Sway, SwayingRope
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,23 +81,27 @@ def _shape_line(data: dict[str, Any]) -> str:
 
 
 def _table(rows: list[dict[str, Any]]) -> str:
-    lines = [f"{'':<24}{'lowest [Hz]':>14}{'highest [Hz]':>14}"]
-    for row in rows:
-        word = row.get("coordinate") or f"{row['output'].removesuffix('_hz')} {row['mode']}"
-        lines.append(
-            f"{word:<24}{row['lowest']['frequency_hz']:>14.6g}{row['highest']['frequency_hz']:>14.6g}"
+    cells = [
+        (
+            row.get("coordinate") or f"{row['output'].removesuffix('_hz')} {row['mode']}",
+            *(f"{row[end]['frequency_hz']:.6g}" for end in ("lowest", "highest")),
         )
-    return "\n".join(lines)
+        for row in rows
+    ]
+    return table_text(table("", " | lowest [Hz] | highest [Hz]", cells))
+
+
+ZONE = Keys(Zone, "order mode kind low high place_low place_high weight")
+EXCITED = Keys(Campbell, "covered_hz=covered covered_certified=certified zones", parts={"zones": ZONE})
+SWAY = Keys(
+    Sway, "keys places bottom top ropes", parts={"ropes": Keys(SwayingRope, "name frequency_hz amplitude")}
+)
 
 
 def _excited(found: Campbell) -> dict[str, Any]:
-    keys = ("order", "mode", "kind", "low", "high", "place_low", "place_high", "weight")
-    return {
+    return EXCITED(found) | {
         "speed": {"key": found.coordinate, "low": found.low, "high": found.high},
         "orders": [{"name": name, "hz_per_speed": rate} for name, rate in found.orders.items()],
-        "covered_hz": found.covered,
-        "covered_certified": found.certified,
-        "zones": [{key: getattr(zone, key) for key in keys} for zone in found.zones],
         "clear": [{"low": low, "high": high} for low, high in found.clear],
     }
 

@@ -17,58 +17,6 @@ from cabledrive.parameters.fields import figures_of
 from cabledrive.report.blocks import table, table_text
 from cabledrive.report.typesetting import number, quantity
 
-_SMALL = (
-    "no",
-    "one",
-    "two",
-    "three",
-    "four",
-    "five",
-    "six",
-    "seven",
-    "eight",
-    "nine",
-    "ten",
-    "eleven",
-    "twelve",
-)
-
-
-def count_words(count: int, what: str) -> str:
-    """A count with its noun, regular in the plural: "one mode", "157 modes"."""
-    shown = _SMALL[count] if count < len(_SMALL) else f"{count}"
-    return f"{shown} {what}" if count == 1 else f"{shown} {what}s"
-
-
-def certificate_words(modes: Modes) -> str:
-    """The certificate of a list of modes as a reader takes it."""
-    proof = modes.certificate
-    below = f"{number(proof.below, 6)} Hz"
-    held = (
-        f"Up to {below} this machine has exactly {count_words(proof.count, 'natural mode')}: "
-        f"{proof.longitudinal} longitudinal and {proof.transverse} transverse, both planes counted"
-    )
-    rigid = _rigid_words(modes.rigid_body_modes)
-    if modes.certified:
-        return (
-            f"{held}. All are listed. The number comes from a count that is independent of the list; two "
-            f"such counts, {number(proof.enclosure, 1)} of the frequency to either side, enclose each "
-            f"mode. {rigid}"
-        )
-    if modes.certified_reason != INCOMPLETE:
-        return f"{held}, according to the model used. Not certified: {modes.certified_reason}. {rigid}"
-    doubt = "The list may be incomplete: the count could not be reached."
-    return f"{held}. {doubt} {rigid}"
-
-
-def _rigid_words(count: int) -> str:
-    if count == 0:
-        return "It has no rigid-body mode (0 Hz)."
-    if count == 1:
-        return "It also has one rigid-body mode (0 Hz), in which all parts turn together."
-    return f"It also has {count_words(count, 'rigid-body mode')} (0 Hz), motions that strain nothing."
-
-
 LOWEST = "Lowest longitudinal frequency"
 DATASHEET = figures_of(DerivedQuantities) | {
     LOWEST: (
@@ -172,8 +120,12 @@ def _remarks(found: Modes) -> Iterator[str]:
             yield f"{kind.capitalize()} modes alone are listed up to {below:.8g} Hz."
     yield from (f"Transverse modes: {line}." for line in [_models(found)] if line)
     yield from (f"Warning: {line}." for line in found.warnings)
-    if found.rigid_body_modes:
-        yield f"Rigid-body modes not listed: {found.rigid_body_modes}."
+    yield from rigid_words(found)
+
+
+def rigid_words(found: Modes) -> list[str]:
+    """Motions that strain nothing, in a sentence where there are any."""
+    return [f"Rigid-body modes not listed: {found.rigid_body_modes}."] if found.rigid_body_modes else []
 
 
 def _models(found: Modes) -> str:

@@ -6,7 +6,6 @@ import click
 
 from cabledrive.app.combinations import HOW_READ, Chooser, refuse_not_of
 from cabledrive.app.failures import note
-from cabledrive.app.identify_answer import finding_lines, parameter_rows, pinged, split_answer
 from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
@@ -74,6 +73,7 @@ def command(
     """
     from dataclasses import replace
 
+    from cabledrive.app.identify_answer import pinged, split_answer
     from cabledrive.identification.axis.answer import IdentifyOptions
     from cabledrive.identification.one_log import identify, load_options
 
@@ -149,6 +149,8 @@ def _swapped(found: Any) -> str:
 
 
 def _text(data: dict[str, Any]) -> str:
+    from cabledrive.app.identify_answer import finding_lines, parameter_rows
+
     measured = data["method"].get("residual_of", "torque")
     residual = f"residual {100 * data['residual']['relative']:.3g} % of the measured {measured}"
     shown = [f"method: {data['method']['name']}", *[f"note: {note}" for note in data["notes"]]]

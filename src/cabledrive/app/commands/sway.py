@@ -1,7 +1,5 @@
 """`cabledrive sway`: ropes of a lift in a building that sways."""
 
-from typing import Any
-
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive
@@ -30,48 +28,39 @@ def command(
     ),
 ) -> Answer:
     """First frequency and amplitude of every rope of DRIVE in a building that sways, over places."""
-    from cabledrive.app.map_answer import vary_of
+    from cabledrive.app.map_answer import SWAY, vary_of
+    from cabledrive.report.blocks import table, table_text
     from cabledrive.report.typesetting import quantity
     from cabledrive.studies.sway import STEEP, sway
 
     machine = drive if isinstance(drive, RoutedDrive) else as_machine(drive)
     found = sway(machine, building, amplitude, vary_of(machine, (text,)) if text else None)
     key = found.keys[0] if found.keys else ""
-    rows: list[dict[str, Any]] = [
-        {"name": rope.name, "frequency_hz": rope.frequency_hz, "amplitude": rope.amplitude}
-        for rope in found.ropes
-    ]
-    width = max(len(rope.name) for rope in found.ropes)
     top, bottom = (quantity(height, "m", 4) for height in (found.top, found.bottom))
-    head = f"{'rope':<{width}}  {'first mode [Hz]':>20}  {'largest amplitude':>17}"
-    lines = [
-        machine.title or machine.name,
-        f"The building sways at {quantity(building, 'Hz')} by {quantity(amplitude, 'm')} at {top}, "
-        f"in proportion to the height above {bottom}.",
-        "",
-        head + (f"  at {key} [m]" if key else ""),
-    ]
+    shown = []
     for rope in found.ropes:
         low, high, worst = rope.frequency_hz.min(), rope.frequency_hz.max(), int(rope.amplitude.argmax())
         span = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
-        at = f"  {found.places[worst]:.4g}" if key else ""
-        lines.append(f"{rope.name:<{width}}  {span:>20}  {quantity(rope.amplitude[worst], 'm', 3):>17}{at}")
+        at = [f"{found.places[worst]:.4g}"] if key else []
+        shown.append((rope.name, span, quantity(rope.amplitude[worst], "m", 3), *at))
+    heads = "rope | first mode [Hz] | largest amplitude []" + (f" | at {key} [m]" if key else "")
     beyond = [rope for rope in found.ropes if rope.largest_share > STEEP]
     warnings = [
         f"{rope.name}: {100 * rope.largest_share:.2g} % of its length: its stretching, left out, limits it"
         for rope in beyond
     ]
-    lines += ["", *(f"Warning: {line}." for line in warnings), f"{NOTE}."]
+    lines = [
+        machine.title or machine.name,
+        f"The building sways at {quantity(building, 'Hz')} by {quantity(amplitude, 'm')} at {top}, "
+        f"in proportion to the height above {bottom}.",
+        "",
+        table_text(table("", heads, shown)),
+        "",
+        *(f"Warning: {line}." for line in warnings),
+        f"{NOTE}.",
+    ]
     return Answer(
-        data={
-            "keys": found.keys,
-            "places": found.places,
-            "bottom": found.bottom,
-            "top": found.top,
-            "ropes": rows,
-            "warnings": warnings,
-            "assumptions": [NOTE],
-        },
+        data=SWAY(found) | {"warnings": warnings, "assumptions": [NOTE]},
         text="\n".join(lines),
         provenance=provenance(drive, method=METHOD),
     )

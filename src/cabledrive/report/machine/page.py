@@ -32,7 +32,7 @@ from cabledrive.report.machine.data import (
 from cabledrive.report.machine.rest import rest_plot, rest_table
 from cabledrive.report.page import MACHINES, Badge, Card, View
 from cabledrive.report.typesetting import number
-from cabledrive.report.words import certificate_words
+from cabledrive.report.words import certificate_line, rigid_words
 
 HANGING = (
     "Weights change the tension along the cable, and with it the transverse frequencies; each stretch "
@@ -97,7 +97,7 @@ def machine_view(context: ReportContext, place: int) -> View:
         drive=drive,
         digest=content_hash(drive),
         modes=modes,
-        certificate=certificate_words(modes),
+        certificate=" ".join([certificate_line(modes), *rigid_words(modes)]),
         held=f"{lowest_frequencies(drive).line} {how_held(modes)}",
         badge=badge,
         reasons=reasons,
