@@ -7,6 +7,7 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import jsonschema
 import numpy as np
 import pytest
 from click import Context
@@ -42,6 +43,7 @@ dwell = "0.1 s"
 draws = 10
 cable_draws = 0
 """
+FIGURES = [{"type": [kind, "null"]} for kind in ("number", "integer", "boolean", "object")]
 SLOWLY = ("--set", "sensors.sample_rate=1 kHz")
 
 
@@ -58,7 +60,7 @@ def film(path):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
+def test_help_has_one_example_and_it_runs_and_answers_as_its_schema_says(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert EXAMPLES[name].count("\n") == 0
     assert EXAMPLES[name] in call(name, "--help").output
@@ -85,10 +87,21 @@ def test_help_has_one_example_and_it_runs(name, tmp_path, monkeypatch):
     if name == "studio":  # it serves until it is stopped; that it does is tested elsewhere
         monkeypatch.setattr("uvicorn.Server.run", lambda server, sockets=None: None)
         arguments.append("--no-browser")
+    elif name != "schema":
+        arguments.append("--json")
     done = call(*arguments)
     assert (program, done.exit_code) == ("cabledrive", 0), done.stderr
     for option in {"-o", "--map", "--plot"}.intersection(arguments):
         assert (tmp_path / arguments[arguments.index(option) + 1]).stat().st_size > 0
+    if "--json" in arguments:
+        found, schema = object_of(done.stdout), answer("schema", "--of", name)
+        jsonschema.validate(found, schema)
+        figures = (
+            key for one in schema["anyOf"] for key, kind in one["properties"].items() if kind in FIGURES
+        )
+        assert not [
+            key for key in figures if key in found and found[key] is None and f"{key}_reason" not in found
+        ]
 
 
 def test_of_two_axes_the_first_that_has_a_chain_is_taken(monkeypatch):

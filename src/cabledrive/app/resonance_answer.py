@@ -35,7 +35,7 @@ OWN = Keys(
     "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension",
     {"tuned_pretension": ".reason"},
 )
-REMEDY = Keys(Remedy, "change value text")
+REMEDY = Keys(Remedy, "change value text", {"value": "no value within reach is enough"})
 SUMMARY = Keys(ResonanceSummary, "* verdict reasons")
 BRANCH = Keys(
     SteadyBranch,

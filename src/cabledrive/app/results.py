@@ -34,6 +34,11 @@ def known(value: Any, why: str) -> Any:
     return Absent(reason=why) if value is None else value
 
 
+def reasoned(data: Mapping[str, Any], whys: Mapping[str, str]) -> dict[str, Any]:
+    """The same object with why a value is None, by key."""
+    return {key: known(value, whys[key]) if key in whys else value for key, value in data.items()}
+
+
 @dataclass(frozen=True)
 class Keys:
     """Keys of an object of JSON, declared once for a kind of result: they make the object and its schema.

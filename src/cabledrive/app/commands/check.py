@@ -3,7 +3,7 @@
 from typing import Any
 
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
-from cabledrive.app.results import Answer, NewFile, known, provenance
+from cabledrive.app.results import Answer, NewFile, provenance, reasoned
 from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
@@ -15,6 +15,15 @@ METHOD = {
     True: "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness",
 }
 """Of loops and lines, and of machines with routes."""
+NONE = {
+    "safety_factor": "no strength [N] in the file",
+    "wrap": "the span ends at an anchor or a drum",
+    "pulley": "the span ends at an anchor or a drum",
+    "needed_friction": "a tension is gone",
+    "capstan_friction": "no capstan_friction in the file",
+    "bend_ratio": "no least bending radius of the rope in the file",
+}
+"""Why a figure of a span or a pulley does not exist."""
 
 
 @subcommand('cabledrive check elevator --set cable.pretension="20 kN"', (saves_answer, machine_argument))
@@ -71,15 +80,17 @@ def _checked_route(drive: RoutedDrive) -> Answer:
         "spring_preload": statics.preload,
         "reasons": lowest.reasons,
     }
-    none = "no strength [N] in the file"
-    shown = [row | {"safety_factor": known(row["safety_factor"], none)} for row in spans]
     tables = [table_text(one) for one in (spans_table(drive), pulleys_table(drive)) if one is not None]
     preload = [
         f"Spring of {name} at rest: {force:.4g} {'N m' if name.endswith('.turn') else 'N'}."
         for name, force in statics.preload.items()
     ]
     lines = "\n".join([lowest.line, f"Rigid-body modes: {rigid}.", *preload])
-    data = {"derived": derived, "spans": shown, "pulleys": pulleys}
+    data = {
+        "derived": derived,
+        "spans": [reasoned(row, NONE) for row in spans],
+        "pulleys": [reasoned(row, NONE) for row in pulleys],
+    }
     return _answer(drive, data, [*tables, lines], route_warnings(drive))
 
 

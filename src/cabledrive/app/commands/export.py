@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from cabledrive.app.options import argument, opt, subcommand
-from cabledrive.app.results import Absent, Answer, provenance
+from cabledrive.app.results import Answer, provenance, reasoned
 from cabledrive.parameters import InputRefused
 
 KERNELS = "kernels translated to C99; oracle of the self-test: the same kernels, interpreted"
@@ -46,7 +46,8 @@ def command(
         lines += ["", f"self-test: cd {output} && {compile_}"]
     lines += [f"note: {note}" for note in found["notes"]]
     reasons = {"sample_time": "the source names no sample rate", "drive_hash": "the source is no drive"}
-    found |= {key: Absent(reason=why) for key, why in reasons.items() if found[key] is None}
     return Answer(
-        data=found, text="\n".join(lines), provenance=provenance(method=METHODS.get(format_, KERNELS))
+        data=reasoned(found, reasons),
+        text="\n".join(lines),
+        provenance=provenance(method=METHODS.get(format_, KERNELS)),
     )

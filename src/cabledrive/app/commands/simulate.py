@@ -7,7 +7,7 @@ import click
 from cabledrive.app.combinations import refuse_given, tell_given, was_given
 from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import force_option, machine_argument, option, subcommand
-from cabledrive.app.results import Answer, NewFile, provenance
+from cabledrive.app.results import Answer, NewFile, provenance, reasoned
 from cabledrive.app.run_answer import fields_to_animate, method_of, plucks_of, run_text, undrawn
 from cabledrive.app.two_motor_answer import move_of
 from cabledrive.parameters import Drive, InputRefused
@@ -149,7 +149,7 @@ def command(
         note(f"written to {result.path}")
     missing = undrawn(drive, result, plot, animate)
     return Answer(
-        data=result.summary(),
+        data=reasoned(result.summary(), {"error_estimate": "not asked for by --error-estimate"}),
         text=run_text(drive, result, options["duration"]),
         provenance=provenance(drive, method=method_of(result), step=result.step) | result.provenance,
         incomplete="; ".join(words for words in (result.stopped, missing) if words) or None,

@@ -16,7 +16,7 @@ from cabledrive.app.options import (
     saves_answer,
     subcommand,
 )
-from cabledrive.app.results import Answer, NewFile, provenance
+from cabledrive.app.results import Answer, NewFile, provenance, reasoned
 from cabledrive.app.track_text import track_text
 from cabledrive.app.two_motor_answer import two_motor_answer, winch_options
 from cabledrive.parameters import Drive, load_drive
@@ -27,6 +27,11 @@ OF_THE_RIG = (
     *("segments", "check_conditions", "jitter", "pair", "preload"),
 )
 OF_THE_RUN = ("controller", "bandwidth", "gains", "feedforward", "plant", "seed", "draws", "repeat")
+NONE = {
+    "later_pulses_error_deg": "the motion has one pulse",
+    "bound_used": "no bound",
+    "estimates_within_bounds": "the law has no estimates with bounds",
+}
 METHOD = "inertias and links in steps of second order between samples, friction set-valued"
 
 
@@ -157,7 +162,7 @@ def command(
         animate.write(controlled_film(actual or drive, found))
     said = found.summary
     return Answer(
-        data=said,
+        data=reasoned(said, NONE),
         text=track_text(drive, said),
         provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=spec["seed"]),
         incomplete=found.incomplete,
