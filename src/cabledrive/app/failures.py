@@ -1,6 +1,7 @@
 """How a command can end: an exit status and one line on standard error, also after Ctrl-C at any moment."""
 
 import _thread
+import errno
 import os
 import signal
 import sys
@@ -8,21 +9,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from errno import (
-    EACCES,
-    EBADF,
-    EDQUOT,
-    EFBIG,
-    EIO,
-    EMFILE,
-    ENFILE,
-    ENOMEM,
-    ENOSPC,
-    EPERM,
-    EPIPE,
-    EROFS,
-    ESTALE,
-)
 from typing import Any
 
 import click
@@ -125,7 +111,9 @@ REFUSED = 2
 NOT_COMPUTED = 3
 INTERRUPTED = 130
 
-NO_DEFECTS = {EACCES, EDQUOT, EFBIG, EIO, EMFILE, ENFILE, ENOMEM, ENOSPC, EPERM, EROFS, ESTALE}
+FULL = {errno.ENOSPC, errno.EDQUOT}
+NO_DEFECTS = FULL | {errno.EACCES, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM}
+NO_DEFECTS |= {errno.EPERM, errno.EROFS, errno.ESTALE}
 """What a system may refuse in the middle of the work, however carefully it was asked before."""
 
 GO_ON = "nothing was kept; run the same command again"
@@ -143,10 +131,10 @@ def watched_output() -> Iterator[None]:
         if sys.stdout is not None:  # else the shell has closed it: nobody wants to read
             sys.stdout.flush()
     except OSError as error:
-        if error.errno not in (EPIPE, ENOSPC, EDQUOT, EIO, EBADF):
+        if error.errno not in FULL | {errno.EPIPE, errno.EIO, errno.EBADF}:
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is buffered has to go somewhere
-        if error.errno == EPIPE:
+        if error.errno == errno.EPIPE:
             raise ReaderGone from None
         raise InputRefused(f"standard output: cannot be written ({error.strerror}): free space") from None
 
@@ -190,7 +178,7 @@ def interrupted(end: BaseException | None = None) -> int:
 def trouble_line(error: OSError) -> str:
     """What the system refused in the middle of the work, where, and how to go on."""
     place = error.filename if isinstance(error.filename, str) else "a file of this run"
-    remedy = "free space" if error.errno in (ENOSPC, EDQUOT) else "make it usable"
+    remedy = "free space" if error.errno in FULL else "make it usable"
     return f"{place}: {error.strerror}: {remedy}, and give the same command again; what is finished is kept"
 
 

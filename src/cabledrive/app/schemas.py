@@ -55,8 +55,8 @@ resonance    @routes number: tuned_pretension rows: pairs object: motion?
 response     numbers: frequency_hz magnitude phase_deg coherence? deviation? number: averages? count:
              records_left_out? rows: left_out text: input? output? motor? texts: warnings? object:
              amplifier?
-sensitivity  count: groups rows groups_left_out object: first? total? effects? number: confidence mean?
-             standard_deviation?
+sensitivity  text: output count: groups rows refused failed groups_left_out object: first? total? effects?
+             number: confidence mean? standard_deviation?
 shaper       @shaper rows: peaks findings texts: logs note: recommended configuration object:
              recommended_shaper
 shaper       rows: axes object: belts
@@ -65,7 +65,7 @@ simulate     number: energy_budget_error step cfl wall_time count: steps note: s
              least_tension flag: compiled note: interpreted
 simulate     number: energy_budget_error step cfl wall_time count: steps note: stopped rows: slack_events
              object: coordinates rows: spans wraps number: largest_motion texts: assumptions warnings
-study        text: verdict headline drive drive_hash study asked code texts: reasons remedies cautions
+study        text: verdict headline drive drive_hash study asked code sha256 texts: reasons remedies cautions
              number: reached_error_deg? reached_error_mm? share? confidence? rows: candidates findings?
              margins object: goals? stages? files axis?
 sway         @sway texts: warnings assumptions

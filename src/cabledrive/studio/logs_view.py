@@ -65,10 +65,7 @@ def _spans(desk: Desk, state: State) -> list[str]:
         drive = drive_of(desk.library, state)
         if not isinstance(drive, RoutedDrive):
             return ["upper", "lower", "both"]
-        from cabledrive.mechanics.network import statics_of
-        from cabledrive.mechanics.network.span_table import span_rows
-
-        return [row["name"] for row in span_rows(drive, statics_of(drive))]
+        return [span.name for span in drive.free_spans]
     except (InputRefused, NotComputed):
         return []
 

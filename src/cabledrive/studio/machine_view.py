@@ -1,6 +1,7 @@
 """Open and see: the form, the text, the machine with a mode on it, its internal resonance."""
 
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -8,22 +9,24 @@ from typing import Any
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 
-from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.mechanics.holding import CONDITIONS
+from cabledrive.mechanics.network import statics_of
+from cabledrive.mechanics.network.span_table import span_rows
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive, InputRefused, NotComputed, packaged_drives
 from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
 from cabledrive.parameters.units import to_si
+from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs
 from cabledrive.report.figures.moving_machine import moving_machine
-from cabledrive.report.machine.data import figures_table
+from cabledrive.report.machine.data import derived_table, figures_table, warnings_of
 from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
 from cabledrive.report.typesetting import quantity, typeset_words
-from cabledrive.report.words import DATASHEET, certificate_line
+from cabledrive.report.words import certificate_line
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.resonance import ResonanceSummary, resonance
 from cabledrive.studies.resonance_map import GrowthMap, growth_map
@@ -154,7 +157,7 @@ def _seen(drive: Drive | RoutedDrive, look: Look) -> dict[str, Any]:
         chosen=row,
         held=how_held(found),
         certificate=certificate_line(found),
-        warnings=[*found.warnings, *_warnings(drive)],
+        warnings=[*found.warnings, *warnings_of(drive)],
         sheet=_sheet(drive),
     )
     return {
@@ -164,35 +167,16 @@ def _seen(drive: Drive | RoutedDrive, look: Look) -> dict[str, Any]:
     }
 
 
-def _warnings(drive: Drive | RoutedDrive) -> tuple[str, ...]:
-    if not isinstance(drive, RoutedDrive):
-        return drive_warnings(drive)
-    from cabledrive.mechanics.network.span_table import route_warnings  # other machines do not wait for it
-
-    return route_warnings(drive)
-
-
-def _sheet(drive: Drive | RoutedDrive) -> dict[str, list[tuple[str, str]]]:
+def _sheet(drive: Drive | RoutedDrive) -> dict[str, Sequence[Sequence[Cell]]]:
     """The datasheet: heading, then words and quantities."""
-    if isinstance(drive, RoutedDrive):
-        from cabledrive.mechanics.network import statics_of
-        from cabledrive.mechanics.network.span_table import span_rows
-
-        rows = span_rows(drive, statics_of(drive))
-        return {
-            "Spans": [
-                (row["name"], f"{quantity(row['length'], 'm')}, {quantity(row['tension'], 'N', 4)}")
-                for row in rows
-            ]
-        }
-    derived = derived_with_lowest(drive)
+    if not isinstance(drive, RoutedDrive):
+        return {group.title: group.rows for group in derived_table(derived_with_lowest(drive)).groups}
+    rows = span_rows(drive, statics_of(drive))
     return {
-        heading: [
-            (words, quantity(value, unit))
-            for name, words, unit in section
-            if (value := derived.get(name)) is not None
+        "Spans": [
+            (row["name"], f"{quantity(row['length'], 'm')}, {quantity(row['tension'], 'N', 4)}")
+            for row in rows
         ]
-        for heading, section in DATASHEET.items()
     }
 
 
@@ -220,11 +204,10 @@ def resonance_page(request: Request) -> Response:
         words["refusal"] = str(refusal)
     else:
         try:
-            words |= (
-                _of_routes(drive, amplitude)
-                if isinstance(drive, RoutedDrive)
-                else _told(resonance(drive, torque=amplitude))
-            )
+            if isinstance(drive, RoutedDrive):
+                words |= _told(route_resonance(drive, torque=amplitude)) | {"why_none": NO_MAP}
+            else:
+                words |= _told(resonance(drive, torque=amplitude))
         except (InputRefused, NotComputed) as refusal:
             words["why_none"] = f"{NONE_HERE}: {refusal}."
     options = [f"--torque={torque}"] if torque else []
@@ -268,12 +251,6 @@ def _two_pulleys(desk: Desk, request: Request) -> Drive:
     require_two_pulleys(drive, "`resonance`")
     assert isinstance(drive, Drive)
     return drive
-
-
-def _of_routes(drive: RoutedDrive, torque: float | None) -> dict[str, Any]:
-    """The same of a machine with routes, whose tensions follow from statics: there is no map."""
-    found = route_resonance(drive, torque=torque)
-    return _told(found) | {"why_none": NO_MAP}
 
 
 def _told(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:

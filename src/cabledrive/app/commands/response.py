@@ -95,13 +95,10 @@ def command(
 
 def _lines_of(found: Any) -> dict[str, Any]:
     """Frequencies of a response and what was found at them, as JSON has them."""
-    return {
+    same = {name: getattr(found, name) for name in ("magnitude", "coherence", "deviation", "averages")}
+    return same | {
         "frequency_hz": found.frequency,
-        "magnitude": found.magnitude,
         "phase_deg": found.phase,
-        "coherence": found.coherence,
-        "deviation": found.deviation,
-        "averages": found.averages,
         "records_left_out": found.left_out,
     }
 

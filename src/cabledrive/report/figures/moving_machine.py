@@ -17,7 +17,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.figures.sheet import Placer, Point, Sheet, draw_route
-from cabledrive.report.machine.rest import sag_of
+from cabledrive.report.machine.rest import sag_of, tension_at
 from cabledrive.report.picture import CARD_WIDTH, WIDE
 from cabledrive.report.typesetting import quantity
 
@@ -121,7 +121,7 @@ def drawn_loop(sheet: Sheet, drive: Drive, *, tensions: bool = False) -> DrawnMa
         for carriage in drive.carriages_on(name):
             x, y = (float(np.interp(carriage.position, positions, points[:, axis])) for axis in (0, 1))
             sheet.box((x, y) if carriage.guided else (x, y + 9.0), (14.0, 12.0), colour="green")
-        tension = _tension(drive, name, positions) if tensions else np.zeros(POINTS)
+        tension = tension_at(rest_state(drive), name, positions) if tensions else np.zeros(POINTS)
         spans.append(DrawnSpan(name=name, points=points, positions=positions, tension=tension))
     pulleys = [
         # the joint is the displacement of the rim along the upper span
@@ -134,16 +134,6 @@ def drawn_loop(sheet: Sheet, drive: Drive, *, tensions: bool = False) -> DrawnMa
 def _scale(place: Placer) -> float:
     """Pixels of a metre of the machine as it is drawn."""
     return place((1.0, 0.0))[0] - place((0.0, 0.0))[0]
-
-
-def _tension(drive: Drive, span: str, positions: Array) -> Array:
-    """Tension at rest along a span, shape (p,) [N]."""
-    found = np.empty(positions.size)
-    for stretch in rest_state(drive).stretches:
-        if stretch.span == span:
-            here = (positions >= stretch.start - 1e-12) & (positions <= stretch.end * (1 + 1e-12))
-            found[here] = stretch.tension_at(positions[here])
-    return found
 
 
 def _route(sheet: Sheet, drive: RoutedDrive) -> DrawnMachine:

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from cabledrive.mechanics import drive_warnings
-from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.modal import Modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
@@ -28,6 +26,7 @@ from cabledrive.report.machine.data import (
     pulleys_table,
     source_paragraphs,
     spans_table,
+    warnings_of,
 )
 from cabledrive.report.machine.rest import rest_plot, rest_table
 from cabledrive.report.page import MACHINES, Badge, Card, View
@@ -90,8 +89,7 @@ def machine_view(context: ReportContext, place: int) -> View:
     badge, reasons, pairs = resonance_words(drive)
     routed = isinstance(drive, RoutedDrive)
     sections = _of_routes(drive, name, pairs) if isinstance(drive, RoutedDrive) else _of_a_loop(drive, name)
-    own = route_warnings(drive) if isinstance(drive, RoutedDrive) else drive_warnings(drive)
-    warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*own, *modes.warnings)))
+    warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*warnings_of(drive), *modes.warnings)))
     page = MachinePage(
         name=name,
         drive=drive,

@@ -64,7 +64,8 @@ def rest_plot(drive: Drive, name: str) -> Plot | None:
     at = np.unique(
         np.concatenate((np.linspace(0.0, drive.span_length, 2 * POINTS), inside - step, inside + step))
     )
-    panels = [Panel("Tension", "N", tuple(_tension(rest, span, at) for span in drive.spans))]
+    lines = (Series(f"{span} span", tension_at(rest, span, at), COLOURS[span]) for span in drive.spans)
+    panels = [Panel("Tension", "N", tuple(lines))]
     if max(section.sag for section in rest.sections) > SEEN * drive.span_length:
         height = {span: -np.interp(at, *sag_of(drive, span)) for span in drive.spans}
         curves = tuple(Series(f"{span} span", values, COLOURS[span]) for span, values in height.items())
@@ -91,13 +92,14 @@ def _worth_showing(drive: Drive, rest: RestState) -> bool:
     return changed or max(section.sag for section in rest.sections) > SEEN * drive.span_length
 
 
-def _tension(rest: RestState, span: str, at: Array) -> Series:
+def tension_at(rest: RestState, span: str, at: Array) -> Array:
+    """Tension along a span, shape (p,) [N]."""
     values = np.full(at.size, np.nan)
     for stretch in rest.stretches:
         if stretch.span == span:
-            on = (at >= stretch.start) & (at <= stretch.end)
+            on = (at >= stretch.start - 1e-12) & (at <= stretch.end * (1 + 1e-12))
             values[on] = stretch.tension_at(at[on])
-    return Series(f"{span} span", values, COLOURS[span])
+    return values
 
 
 def rest_table(drive: Drive) -> Table | None:

@@ -235,7 +235,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
     error |= {name: getattr(reached, name, None) for name in ("share", "confidence")}
     if size is None:
         why = "too many runs ended early" if reached else "no law was run on drawn plants"
-        error[f"{key}_reason"] = why
+        error |= {f"{name}_reason": why for name in tuple(error) if error[name] is None}
     return {
         "verdict": verdict.answer,
         "headline": verdict.reasons[0],
