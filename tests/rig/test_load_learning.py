@@ -41,7 +41,7 @@ def over_plants(name, draws, seed, ranges=RANGES, words="a tenth of the uncertai
     hertz = 50.0 if name == LOAD_LEARNING else HERTZ
     spec = DesignSpec(DRIVE, TWO, options=COMPARED, bandwidth=hertz)
     loop = tuned_loop(name, hertz, "its own" if name in KINDS else words, spec)
-    return loop, scored(loop, spec, ranges, seed, range(draws))
+    return loop, scored(loop, ranges, seed, range(draws))
 
 
 def test_friction_of_the_load_is_learnt_and_the_error_falls_below_that_of_lqi(measured):

@@ -42,7 +42,7 @@ def loop_of(name, drive=DRIVE, motion=TWO):
 
 def over_plants(name, draws, seed, ranges=CHANGES):
     loop = tuned_loop(name, HERTZ, "by uncertainty", DesignSpec(DRIVE, TWO, options=COMPARED))
-    return scored(loop, None, ranges, seed, range(draws))
+    return scored(loop, ranges, seed, range(draws))
 
 
 def at_99(scores):

@@ -59,10 +59,10 @@ def learnt_of(loop, found):
 @cache
 def learning(draws=DRAWS, rubbing=False, best=True, seed=SEED):
     """Peaks and the twist that friction holds at rest, (draws, 4) [deg]; what was learnt, (draws, 10)."""
-    spec, loop = DesignSpec(DRIVE, TWO, best=best), loop_of("darc-indirect", TWO, best=best)
+    loop = loop_of("darc-indirect", TWO, best=best)
     spreads, rows = Spreads(load_coulomb=0.02 / 0.0376) if rubbing else None, []
     for one in sampled_loops(loop, draws, seed, spreads):
-        _, done, found = run_indirect(spec, one)
+        _, done, found = run_indirect(one)
         assert found is not None
         assert not done.failed
         held = float(np.degrees(one.chain.coulomb[-1] / one.chain.stiffness[-1]))

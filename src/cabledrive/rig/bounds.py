@@ -89,8 +89,8 @@ def foreign(loop: Loop, drive: Drive) -> bool:
 
 def true_parameters(loop: Loop) -> Array:
     """First inertia, viscous and Coulomb friction and offset torque as they are, shape (4,)."""
-    chain = plant_chain(loop.actual, loop.controller.model)
-    if foreign(loop, loop.actual) and loop.chain.names == chain.names:
+    chain = plant_chain(loop.spec.actual, loop.controller.model)
+    if foreign(loop, loop.spec.actual) and loop.chain.names == chain.names:
         chain = loop.chain
     return np.array([chain.inertias[0], chain.viscous[0], chain.coulomb[0], chain.offsets[0]])
 

@@ -188,9 +188,9 @@ def track(
         other = f"{INDIRECT} makes its law anew after a pulse" if learns else "draws are runs of their own"
         raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
     if repeat:
-        loop, done, more["repeated"] = trial.repeat_motion(loop, spec, repeat)
+        loop, done, more["repeated"] = trial.repeat_motion(loop, repeat)
     elif learns:
-        loop, done, learnt = run_indirect(spec, loop)
+        loop, done, learnt = run_indirect(loop)
         more["learnt"] = None if learnt is None else learnt.words
     else:
         done = run(loop)
@@ -201,7 +201,7 @@ def track(
     if best:
         found.summary["best"] = trial.best_words(spec)
     if draws:
-        found.summary["over_draws"] = trial.over_draws(first, spec, draws, seed)
+        found.summary["over_draws"] = trial.over_draws(first, draws, seed)
     if isinstance(drive, AxisDrive):  # the error of a load that slides, and what the chain neglects
         assert isinstance(actual, AxisDrive)
         peak = found.summary["peak_error_deg"] * DEGREE
@@ -332,7 +332,7 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
 
 def with_filter(loop: Loop, found: ControllerFile) -> Loop:
     """A loop with the filter and the torque limit of a file."""
-    if loop.options.ideal_sensors or loop.options.observer != "kalman":
+    if loop.spec.options.ideal_sensors or loop.spec.options.observer != "kalman":
         raise InputRefused("brings its own Kalman filter: leave observer and ideal_sensors out").at(
             found.path
         )

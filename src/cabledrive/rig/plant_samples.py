@@ -154,7 +154,7 @@ def varied(chain: LumpedChain, place: int, stiff: float, damped: float, heavy: f
 
 def sampled_loops(loop: Loop, draws: int, seed: int, spreads: Spreads | None = None) -> Iterator[Loop]:
     """The same law and filter on one plant after another."""
-    options = loop.options
+    options = loop.spec.options
     random = options.encoder_phase == "random" and not options.ideal_sensors
     for generator in np.random.default_rng(seed).spawn(draws):
         chain = sampled_chain(loop.chain, generator, spreads)
@@ -166,7 +166,7 @@ def sampled_loops(loop: Loop, draws: int, seed: int, spreads: Spreads | None = N
 
 def loop_with_loads(loop: Loop) -> Loop:
     """A loop whose plant's load changes as its options say."""
-    motion, options = loop.motion, loop.options
+    motion, options = loop.spec.motion, loop.spec.options
     if motion.payload and loop.controller.schedule is None:
         raise InputRefused(
             f"payload = {motion.payload[0].factor:.4g} is announced, and {loop.controller.name} takes no "
@@ -305,7 +305,7 @@ FIELDS = {
 
 def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.Generator) -> Loop:
     """The same law and filter on one plant at random with its disturbances."""
-    options = loop.options
+    options = loop.spec.options
     if loop.cable is not None or loop.own_plant is not None:
         raise InputRefused("disturbed plants are lumped chains: leave the plant out")
     chain = sampled_chain(loop.chain, generator)

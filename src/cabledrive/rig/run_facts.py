@@ -39,9 +39,9 @@ def departures(loop: Loop, done: Run) -> dict[str, str]:
     found, plant = dict.fromkeys([*_beyond_bounds(loop), *_announcement(loop, done)], DEFINITE), ""
     if loop.own_plant is not None:
         found[f'plant "{loop.own_plant.name}" is your own: its parameters are not known'] = DEFINITE
-    elif bounds.foreign(loop, loop.drive):
+    elif bounds.foreign(loop, loop.spec.drive):
         plant = f"unmatched: the plant is a {loop.named}"
-    elif unmatched(loop.drive, loop.actual):
+    elif unmatched(loop.spec.drive, loop.spec.actual):
         plant = "unmatched: what the cable drives differs from what the law believes"
     found |= dict.fromkeys([*_on_the_rig(loop, done), *_structure(loop)], "")
     return found | ({plant: PLANT} if plant else {})
@@ -49,7 +49,7 @@ def departures(loop: Loop, done: Run) -> dict[str, str]:
 
 def _on_the_rig(loop: Loop, done: Run) -> list[str]:
     """What sensors, sampling, limits and disturbances were beside the equations of the law."""
-    rig, made, options, sensors = loop.rig, loop.controller, loop.options, loop.actual.sensors
+    rig, made, options, sensors = loop.rig, loop.controller, loop.spec.options, loop.spec.actual.sensors
     happened = dict(zip(SUMMARY, done.state.summary > 0, strict=True))
     delay = f"delay of {1e3 * sensors.delay:.4g} ms" if sensors else "delay"
     per_period = float(made.gains.get("bandwidth_hz") or 0.0) * rig.interval
@@ -81,7 +81,7 @@ def broken_assumptions(found: dict[str, str], used: float | None, unmatched_part
 
 def _beyond_bounds(loop: Loop) -> list[str]:
     """Parameters and disturbances of the motor beyond the bounds of the law."""
-    made, actual = loop.controller, loop.actual
+    made, actual = loop.controller, loop.spec.actual
     found: list[str] = []
     if made.law.kind != DARC or loop.own_plant is not None:
         return found
@@ -123,9 +123,9 @@ def _structure(loop: Loop) -> list[str]:
     """What the lumped chain that the law is made for leaves out of the plant, and its reference."""
     made, flat, found = loop.controller, loop.controller.flat, list[str]()
     mass = ["the cable has mass: the law leaves its own modes out"] if loop.cable is not None else []
-    bounded, rough = (loop.motion.rise_order + 1) // 2, list[str]()
+    bounded, rough = (loop.spec.motion.rise_order + 1) // 2, list[str]()
     if flat is not None and bounded < 2 * flat.size:
-        said = f"reference of order {loop.motion.rise_order}: derivative {bounded} jumps"
+        said = f"reference of order {loop.spec.motion.rise_order}: derivative {bounded} jumps"
         rough.append(f"{said}, and the law takes {2 * flat.size} bounded ones (order {4 * flat.size - 1})")
     if made.own is not None or loop.own_plant is not None:  # neither is made for a model
         return mass + rough
@@ -190,15 +190,15 @@ def plant_words(loop: Loop) -> dict[str, Any]:
         return said | none("backlash", reason)
     return {
         "plant": CABLE if loop.cable is not None else loop.named or f"model-{plant_model(loop)}",
-        "friction": "smooth, c tanh(50 w)" if loop.options.smooth_friction else "stick-slip Coulomb",
+        "friction": "smooth, c tanh(50 w)" if loop.spec.options.smooth_friction else "stick-slip Coulomb",
         "backlash": loop.backlash,
-        "slack_rule": "ends the run" if loop.options.forbid_slack else "a slack span carries nothing",
+        "slack_rule": "ends the run" if loop.spec.options.forbid_slack else "a slack span carries nothing",
     }
 
 
 def span_tensions(loop: Loop, log: Array) -> Array | None:
     """Tension of both spans without dampers, shape (samples, 2) [N], at least zero; None without a loop."""
-    n, chain, actual = loop.chain.size, loop.chain, loop.actual
+    n, chain, actual = loop.chain.size, loop.chain, loop.spec.actual
     if "load" not in chain.names or actual.kind != "loop" or loop.own_plant is not None:
         return None
     twist = log[:, n - 2] - log[:, n - 1]
@@ -209,7 +209,7 @@ def span_tensions(loop: Loop, log: Array) -> Array | None:
 
 def disturbance_facts(loop: Loop) -> dict[str, Any]:
     """What was asked of the rig beside its plant: jitter [s], disturbances, limits, dropout."""
-    options, motor = loop.options, loop.actual.motor
+    options, motor = loop.spec.options, loop.spec.actual.motor
     found: dict[str, Any] = {"jitter": options.jitter, "disturbances": []}
     for one in options.disturbances:
         words = {"on": one.on, "torque": one.torque, "start": one.start}
@@ -266,7 +266,7 @@ def rest_words(loop: Loop, error: Array) -> dict[str, Any]:
     """Swing of the load at the end of the last dwell of a plant with backlash, where a loop may cycle."""
     if loop.backlash <= 0.0 or loop.own_plant is not None:
         return {}
-    last = round(LAST_SHARE * loop.motion.dwell / loop.rig.interval)
+    last = round(LAST_SHARE * loop.spec.motion.dwell / loop.rig.interval)
     if len(error) < len(loop.target) or last < 2:
         reason = "the run did not come to its last dwell" if last >= 2 else "the motion has no dwell"
         return {"rest_swing_deg": None, "rest_swing_counts": None, "rest_swing_reason": reason}

@@ -143,11 +143,11 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     summary |= facts.bound_words(check, error, broken, loop.gear)
     summary["departures"] = list(departed)
     summary |= pole_words(loop) | {"circumstances": facts.disturbance_facts(loop)}
-    if loop.options.check_conditions:
+    if loop.spec.options.check_conditions:
         summary |= facts.condition_words(loop, log[:, 2 * n], log[:, column], log[:, column + 2], regressor)
         summary |= facts.margin_words(loop, estimates, kept[:, 2 * ESTIMATES :])
     summary["estimates_within_bounds"] = within(estimates, made)
-    summary |= facts.motor_words(loop.actual, stepper=made.field is not None)
+    summary |= facts.motor_words(loop.spec.actual, stepper=made.field is not None)
     summary |= facts.rest_words(loop, error) | facts.pair_words(loop, done)
     if incomplete:
         summary["ended_at"] = ended * loop.rig.interval
@@ -175,7 +175,7 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
 
 def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]:
     """Peaks of a run and what was run; ``error``, shape (samples,): of the load [rad]."""
-    motion = loop.motion
+    motion = loop.spec.motion
     score = done.score
     samples = max(len(error), 1)
     several = motion.pulses > 1 and len(error) > loop.rig.first_end

@@ -64,11 +64,11 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
     return replace(found, bound=tube)
 
 
-def over_draws(loop: Loop, spec: DesignSpec, draws: int, seed: int) -> dict[str, Any]:
+def over_draws(loop: Loop, draws: int, seed: int) -> dict[str, Any]:
     """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
     plants = sampled_loops(loop, draws, seed)
-    learns = loop.controller.name == INDIRECT and loop.controller.own is None and loop.motion.pulses > 1
-    found = over(plants, lambda one: run_indirect(spec, one)[1]) if learns else over(plants)
+    learns = loop.controller.name == INDIRECT and loop.controller.own is None and loop.spec.motion.pulses > 1
+    found = over(plants, lambda one: run_indirect(one)[1]) if learns else over(plants)
     found = replace(found, learns=learns)
     statistics = (("median_peak_error", 0.5), ("peak_error_99", 0.99), ("worst_peak_error", 1.0))
     words: dict[str, Any] = {"draws": draws}
@@ -132,7 +132,7 @@ ASSUMED = (
 )
 
 
-def repeat_motion(loop: Loop, spec: DesignSpec, repetitions: int) -> tuple[Loop, Run, dict[str, Any]]:
+def repeat_motion(loop: Loop, repetitions: int) -> tuple[Loop, Run, dict[str, Any]]:
     """Run a motion several times and learn the torque that is missing along it.
 
     Learning goes by the load's encoder, which is all that a machine sees. It stops when the root mean square
@@ -152,7 +152,7 @@ def repeat_motion(loop: Loop, spec: DesignSpec, repetitions: int) -> tuple[Loop,
     done = run(loop)
     width = max(1, round(NODE_TIME / loop.rig.interval))
     nodes = len(loop.target) // width
-    learning = design_learning(loop, spec, width, nodes)
+    learning = design_learning(loop, width, nodes)
     frozen = loop
     if made.law.kind == LEARNING:  # with the estimates of the first repetition: the proof is of a fixed loop
         count = made.law.learning.shape[1]
@@ -191,12 +191,13 @@ def repeat_motion(loop: Loop, spec: DesignSpec, repetitions: int) -> tuple[Loop,
     return *best, words
 
 
-def design_learning(loop: Loop, spec: DesignSpec, width: int, nodes: int) -> RepetitionLearning:
+def design_learning(loop: Loop, width: int, nodes: int) -> RepetitionLearning:
     """What is learnt between repetitions, with its contraction on the nominal plant and at eight corners."""
     believed = replace(loop, cable=None)
-    chains = [spec.model(loop.controller.model), *corners(spec.model(loop.controller.model))]
+    chain = loop.spec.model(loop.controller.model)
+    chains = [chain, *corners(chain)]
     maps = [_lifted(with_plant(believed, chain), width, nodes) for chain in chains]
-    noise, ripple = float(loop.rig.counts[-1]) / np.sqrt(12.0), RIPPLE_SHARE * ripple_limit(spec)
+    noise, ripple = float(loop.rig.counts[-1]) / np.sqrt(12.0), RIPPLE_SHARE * ripple_limit(loop.spec)
     found = repetition_learning(maps[0][0], [error for error, _ in maps[1:]], maps[0][1], noise, ripple)
     if found is None:
         said = "repeat: not one direction of the torque converges on every plant within the intervals"
@@ -237,12 +238,10 @@ def _errors(loop: Loop, done: Run) -> dict[str, Any]:
     }
 
 
-def scored(
-    loop: Loop, spec: DesignSpec, disturbances: Disturbances, seed: int, draws: Sequence[int]
-) -> Draws:
+def scored(loop: Loop, disturbances: Disturbances, seed: int, draws: Sequence[int]) -> Draws:
     """Run a law on plants, the same for every law."""
     plants, learns = disturbed_loops(loop, disturbances, seed, draws), loop.controller.name == INDIRECT
-    return over(plants, lambda plant: run_indirect(spec, plant)[1]) if learns else over(plants)
+    return over(plants, lambda plant: run_indirect(plant)[1]) if learns else over(plants)
 
 
 BEST = "best"
@@ -298,7 +297,7 @@ def best_law(spec: DesignSpec) -> tuple[LawSetting, dict[str, Draws]]:
         settings[name], reached[name] = setting_of(name, spec, disturbances), no_runs(name, spec.motion)
         if (hertz := settings[name].bandwidth) is not None:
             loop = tuned_loop(name, hertz, settings[name].filter, spec)
-            reached[name] = reached[name].joined(scored(loop, spec, disturbances, 0, range(BEST_DRAWS)))
+            reached[name] = reached[name].joined(scored(loop, disturbances, 0, range(BEST_DRAWS)))
     best = min(reached, key=lambda name: reached[name].rank(goal))
     if settings[best].bandwidth is None:
         raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")

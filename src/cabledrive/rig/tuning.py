@@ -207,14 +207,14 @@ def _tuned(
             margins = margins_of(loop) if loop.observer.kind == KALMAN else UNLIMITED
         except (InputRefused, np.linalg.LinAlgError):
             return None
-        share = share_of_limits(loop, margins, spec, disturbances.load_factor)
+        share = share_of_limits(loop, margins, disturbances.load_factor)
         if share >= 1.0 and worst is not None and worst(loop.controller) == inf:
             share = 0.0
         return TunedLaw(loop=loop, bandwidth=hertz, filter=words, margins=margins, reached=share)
 
     if name in registry.OPEN_LOOPS:
         loop = nominal_loop(design(spec), spec)
-        share, words = share_of_limits(loop, UNLIMITED, spec, disturbances.load_factor), registry.NO_FILTER
+        share, words = share_of_limits(loop, UNLIMITED, disturbances.load_factor), registry.NO_FILTER
         return TunedLaw(loop=loop, bandwidth=0.0, filter=words, margins=UNLIMITED, reached=share)
     top = sum(hertz <= 1.0 / (20.0 * spec.interval) for hertz in SETTINGS_HZ)
     best_of = [_highest(partial(tried, words, tuning), top) for words, tuning in filters(name, spec)]
@@ -265,12 +265,12 @@ def filters(name: str, spec: DesignSpec) -> Iterator[tuple[str, KalmanTuning | N
     yield from zip(FILTERS, shares, strict=True)
 
 
-def share_of_limits(loop: Loop, margins: Margins, spec: DesignSpec, loads: tuple[float, float]) -> float:
+def share_of_limits(loop: Loop, margins: Margins, loads: tuple[float, float]) -> float:
     """What a nominal loop keeps of the limits, over them; ``loads``: factors of the load that it meets."""
     if margins is UNLIMITED:
         done = run(loop, log=False)
         return float(not done.failed and done.score["saturated"] == 0.0)
-    share = min(margins.disk / LEAST_DISK, ripple_limit(spec) / margins.ripple)
+    share = min(margins.disk / LEAST_DISK, ripple_limit(loop.spec) / margins.ripple)
     if share < 1.0 or loads == (1.0, 1.0):
         return share
     *others, own = loop.chain.inertias

@@ -201,7 +201,7 @@ def _laws(
             law = Made(tuned_loop, (name, tuning.bandwidth, tuning.filter, about[0]))
             for first in range(0, draws, BLOCK):
                 last, stage = min(first + BLOCK, draws), f"runs-{name}-{first:05d}"
-                block = cache.staged(stage, scored, law, *about, seed, tuple(range(first, last)))
+                block = cache.staged(stage, scored, law, about[1], seed, tuple(range(first, last)))
                 scores = scores.joined(block)
                 progress(f"{name}: {last} of {draws} plants", (last - first) / draws)
         yield ComparedLaw(tuning=tuning, scores=scores)

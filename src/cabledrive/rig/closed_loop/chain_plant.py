@@ -142,7 +142,7 @@ def make_pair(
     loop: Any, design: LumpedChain, sampling: Sampling, generator: np.random.Generator, *, other: bool
 ) -> Pair:
     """The law of the preload and its sensors, for a loop without them; ``design``: chain of its filter."""
-    motor, options, rig = loop.actual.motor, loop.options, loop.rig
+    motor, options, rig = loop.spec.actual.motor, loop.spec.options, loop.rig
     if other:
         said = "pair: its plant is the lumped chain and its law of position a packaged one"
         raise InputRefused(f"{said}: leave --plant and a controller of your own out")

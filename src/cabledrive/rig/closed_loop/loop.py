@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.control.numbers import ESTIMATES, ObserverNumbers, new_controller_state
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig import setting
@@ -39,11 +39,7 @@ from cabledrive.rig.laws.controllers import Controller, DesignSpec
 class Loop:
     """Everything that a run needs."""
 
-    # drive, actual: as the law believes it to be, and as it is
-    drive: Drive
-    actual: Drive
-    motion: setting.Motion
-    options: setting.RigOptions
+    spec: DesignSpec  # what the law is designed for, and runs with
     plant: ChainPlant
     chain: LumpedChain  # the chain that is the plant, at the first shaft
     observer: ObserverNumbers
@@ -119,7 +115,7 @@ def close_loop(
     plant: str | LumpedChain | OwnPlant | Any = None,
 ) -> Loop:
     """Put a loop together; ``plant``: one of `PLANTS`, the highest model by default, or one of the user's."""
-    motion, options, plant_drive = spec.motion, spec.options, spec.plant or spec.drive
+    motion, options, plant_drive = spec.motion, spec.options, spec.actual
     interval = setting.sample_interval(plant_drive)
     named_plant = plant if isinstance(plant, str) else None
     if named_plant is not None and named_plant not in PLANTS:
@@ -162,10 +158,7 @@ def close_loop(
     play, slack = setting.joint_backlash(plant_drive, chain), setting.slack_twist(plant_drive, chain)
     links = (play, slack) if own_plant is None else (0.0, float("inf"))  # nothing is known of an own one's
     loop = Loop(
-        drive=spec.drive,
-        actual=plant_drive,
-        motion=motion,
-        options=options,
+        spec=spec,
         observer=controllers.fit_observer(controller, (design, chain), fitted, options, spec.sampling),
         controller=controller,
         rig=rig,
@@ -251,10 +244,12 @@ def with_plant(loop: Loop, chain: LumpedChain, play: float | None = None) -> Loo
         slack *= loop.chain.stiffness[-1] / chain.stiffness[-1]
     play = loop.backlash if play is None else play
     links, field = (play, slack), loop.controller.field
-    plant = chain_numbers(chain, interval, loop.options, rate=rate, links=links, field=field)
+    plant = chain_numbers(chain, interval, loop.spec.options, rate=rate, links=links, field=field)
     cable = loop.cable
     if cable is not None:
-        cable = cable_plant(drive_like(cable.drive, chain), chain, interval, loop.options, measured=False)
+        cable = cable_plant(
+            drive_like(cable.drive, chain), chain, interval, loop.spec.options, measured=False
+        )
     return replace(loop, cable=cable, chain=chain, plant=plant, slack=slack)
 
 

@@ -78,7 +78,7 @@ def moved(
     ``asked``: torque at the motor's shaft and the one asked for, ``push``: further torque on motor and load
     [N m]. Each piece gets the mean torque of the loop: its momentum is exact.
     """
-    plant, rate, pieces = loop.own_plant, loop.plant.current_rate, loop.options.substeps
+    plant, rate, pieces = loop.own_plant, loop.plant.current_rate, loop.spec.options.substeps
     count = max(pieces, int(np.ceil(rate * time / PIECE)))
     part, (shaft, command) = time / count, asked
     for _ in range(count):

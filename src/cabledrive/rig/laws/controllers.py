@@ -185,6 +185,11 @@ class DesignSpec:
     plant: Drive | None = None  # as it is, where that differs; trial runs are on this one
 
     @property
+    def actual(self) -> Drive:
+        """The drive as it is."""
+        return self.plant or self.drive
+
+    @property
     def feedback(self) -> str:
         """Encoder that stands for theta_1 in Models 1 and 3."""
         return self.options.feedback
@@ -197,8 +202,7 @@ class DesignSpec:
     @property
     def sampling(self) -> Sampling:
         """Sampling and lags for which filters are designed: those of the drive as it is."""
-        there = self.plant or self.drive
-        interval, delay = sample_interval(there), control_delay(there)
+        interval, delay = sample_interval(self.actual), control_delay(self.actual)
         return Sampling(interval=interval, delay=delay, current_rate=current_rate(self.drive))
 
     @property

@@ -235,9 +235,9 @@ def _known(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def learn(loop: Loop, spec: DesignSpec, early: Run, pause: int) -> Learnt:
+def learn(loop: Loop, early: Run, pause: int) -> Learnt:
     """What readings and commands of the first pulse say of cable and motor."""
-    shafts, drive, chain = loop.controller.shafts, spec.drive, spec.model(loop.controller.model)
+    shafts, drive, chain = loop.controller.shafts, loop.spec.drive, loop.spec.model(loop.controller.model)
     if loop.encoder_shafts != shafts or not np.all(loop.rig.counts > 0.0):
         raise InputRefused(
             f"{INDIRECT} learns from the counts of the encoders of {', '.join(shafts)}, and reads "
@@ -298,7 +298,7 @@ def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     return Bounds(nominal=printed.nominal, low=printed.nominal - half, high=printed.nominal + half)
 
 
-def run_indirect(spec: DesignSpec, loop: Loop) -> tuple[Loop, Run, Learnt | None]:
+def run_indirect(loop: Loop) -> tuple[Loop, Run, Learnt | None]:
     """Run one pulse, learn, make all anew in the dwell, run the rest; the last loop, and what was learnt."""
     pause = loop.rig.first_end
     early = run(loop, last=min(pause, len(loop.target)))
@@ -306,7 +306,7 @@ def run_indirect(spec: DesignSpec, loop: Loop) -> tuple[Loop, Run, Learnt | None
         return loop, early, None
     if pause == len(loop.target) - 1:
         return loop, _rest(loop, early, pause), None
-    found = learn(loop, spec, early, pause)
+    found, spec = learn(loop, early, pause), loop.spec
     if found.excited:  # law, reference and filter, at its settled gain, for what was learnt
         first, number = loop.controller, loop.controller.model
         chain = learnt_chain(spec.model(number), found)
@@ -319,7 +319,7 @@ def run_indirect(spec: DesignSpec, loop: Loop) -> tuple[Loop, Run, Learnt | None
         made = replace(made, name=INDIRECT, gains=gains)
         fitted = fitted_encoders(spec.drive, None if made.filter_model is None else made.shafts)
         sampling, chains = replace(spec, plant=None).sampling, (chain, loop.chain)
-        observer = fit_observer(made, chains, fitted, loop.options, sampling, settled=True)
+        observer = fit_observer(made, chains, fitted, loop.spec.options, sampling, settled=True)
         loop = replace(loop, controller=made, observer=observer)
         early.state.controller.parameters[:4] = made.start
     return loop, _rest(loop, early, pause), found

@@ -84,7 +84,7 @@ def with_values(loop: Loop, values: Mapping[str, float], phases: np.ndarray | No
 
     Ripple of the motor's torque goes with the angle that is wanted, which the motor keeps nearly.
     """
-    plant = drive_with(loop.drive, values)
+    plant = drive_with(loop.spec.drive, values)
     chain = controllers.plant_chain(plant, None)
     play = 0.0 if loop.cable is not None else joint_backlash(plant, chain)
     fresh = with_plant(loop, chain, play)
