@@ -1,9 +1,8 @@
 """Many plants at random within what is known of a drive, plain or disturbed, and a load that changes."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
-from functools import partial
 from itertools import product
 from math import ceil, inf, pi
 from pathlib import Path
@@ -19,8 +18,8 @@ from cabledrive.parameters.toml_values import quantity_of, read_toml
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair, in_steps
-from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
-from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
+from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
+from cabledrive.rig.laws.load_learning import INDIRECT, SCHEDULED, announced, run_indirect, told_otherwise
 from cabledrive.rig.setting import DEGREE, Payload, Spreads
 
 CONFIDENCE = 0.95
@@ -90,13 +89,14 @@ class Draws:
         return float(np.mean(errors > goal)) if errors.size else inf, float(errors.max(initial=-inf))
 
 
-def over(loops: Iterable[Loop], each: Callable[[Loop], Run] | None = None, threads: int = 2) -> Draws:
-    """Run a law on plants, in threads; ``each``: how a plant is run."""
+def over(loops: Iterable[Loop], threads: int = 2) -> Draws:
+    """Run a law on plants, in threads; one that is made anew after a pulse learns on each."""
     names = [field.name for field in fields(Draws)][:-2]
-    angles, ran = np.array([name.endswith("peak") for name in names]), each or partial(run, log=False)
+    angles = np.array([name.endswith("peak") for name in names])
 
     def score(one: Loop) -> tuple[float, ...]:
-        done = ran(one)
+        learns = one.controller.name == INDIRECT and one.controller.own is None
+        done = run_indirect(one)[1] if learns else run(one, log=False)
         found = done.state.summary[[SUMMARY.index(name) for name in names]]
         return *np.where(angles, found / one.gear, found).tolist(), done.failed
 

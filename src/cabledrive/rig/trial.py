@@ -15,7 +15,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
-from cabledrive.rig.laws.load_learning import CHANGING, INDIRECT, LOAD_LEARNING, SCHEDULED, run_indirect
+from cabledrive.rig.laws.load_learning import CHANGING, INDIRECT, LOAD_LEARNING, SCHEDULED
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, known_name, main_laws
 from cabledrive.rig.margins import bound_over_draws, closed_loop, response, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import (
@@ -66,10 +66,8 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
 
 def over_draws(loop: Loop, draws: int, seed: int) -> dict[str, Any]:
     """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
-    plants = sampled_loops(loop, draws, seed)
     learns = loop.controller.name == INDIRECT and loop.controller.own is None and loop.spec.motion.pulses > 1
-    found = over(plants, lambda one: run_indirect(one)[1]) if learns else over(plants)
-    found = replace(found, learns=learns)
+    found = replace(over(sampled_loops(loop, draws, seed)), learns=learns)
     statistics = (("median_peak_error", 0.5), ("peak_error_99", 0.99), ("worst_peak_error", 1.0))
     words: dict[str, Any] = {"draws": draws}
     for name, share in statistics:
@@ -240,8 +238,7 @@ def _errors(loop: Loop, done: Run) -> dict[str, Any]:
 
 def scored(loop: Loop, disturbances: Disturbances, seed: int, draws: Sequence[int]) -> Draws:
     """Run a law on plants, the same for every law."""
-    plants, learns = disturbed_loops(loop, disturbances, seed, draws), loop.controller.name == INDIRECT
-    return over(plants, lambda plant: run_indirect(plant)[1]) if learns else over(plants)
+    return over(disturbed_loops(loop, disturbances, seed, draws))
 
 
 BEST = "best"
