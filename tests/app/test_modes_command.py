@@ -89,13 +89,6 @@ def test_packaged_drives_are_valid_and_reported_as_in_python(name):
     assert found["warnings"] == list(cd.drive_warnings(drive))
 
 
-def test_warnings_are_shown_to_people():
-    text = call("check", "dissertation-3").stdout
-    for line in cd.drive_warnings(cd.load_drive("dissertation-3")):
-        assert f"Warning: {line}.\n" in text
-    assert "Warning" not in call("check", "dissertation-1").stdout
-
-
 # --- `cabledrive drives`: what there is to start from
 def test_drives_lists_every_packaged_drive_with_title_and_source():
     rows = answer("drives")["drives"]

@@ -15,7 +15,9 @@ def test_answer_has_what_the_contract_promises():
     assert found["detuning"] == pytest.approx(found["frequency_ratio"] - 0.5)
     assert found["threshold_torque"] == 0
     assert found["verdict"] == "no excitation given"
-    assert answer("resonance", "dissertation-2", "--torque", "3 mN m")["verdict"] == "safe"
+    pushed = answer("resonance", "dissertation-2", "--torque", "3 mN m")
+    assert pushed["verdict"] == "safe"
+    assert any("undamped" in reason for reason in pushed["reasons"])
     assert found["provenance"]["drive_hash"]
 
 

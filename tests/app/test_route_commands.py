@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.app.track_text import axis_lines
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.studies.study.check_stage import check
 from command import answer, call, the_line
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
@@ -119,10 +117,7 @@ def test_the_chain_of_an_axis_says_that_sag_moves_its_mode(pretension, doubted):
     loose = [f"cable.pretension={pretension}", "layout.gravity=9.81"]
     drive = cd.load_drive("printer-idlers", overrides=loose)
     axis = as_axis(drive)
-    said = axis.words["sag"] or ""
-    assert (WORDS in said) == doubted
-    assert (WORDS in "\n".join(axis_lines(axis.words | {"cross_motion": None}))) == doubted
-    assert (said in check(axis, [], []).warnings) == doubted
+    assert (WORDS in (axis.words["sag"] or "")) == doubted
     found = cd.modes(drive, below=2.0 * axis.words["frequencies_hz"][0])
     assert found.certified
     assert any("sag" in mode.model for mode in found.transverse)

@@ -18,7 +18,7 @@ import cabledrive as cd
 from cabledrive.app.main import main
 from cabledrive.app.results import Absent, Answer, json_text, plain, provenance
 from cabledrive.reduction import network_axis
-from command import answer, call, object_of, refusal, run, write_log
+from command import call, object_of, refusal, run, write_log
 from painted_marker import VirtualCamera, filmed
 from printer_logs import samples, write_densities
 
@@ -112,19 +112,6 @@ def test_of_two_axes_the_first_that_has_a_chain_is_taken(monkeypatch):
     chains = (SimpleNamespace(load=first.load, refusal="none"), second)
     monkeypatch.setattr(network_axis, "network_chains", lambda machine: chains)
     assert network_axis.as_axis(drive).load == second.load
-
-
-def test_set_replaces_values_for_this_run():
-    changed = cd.load_drive("dissertation-2", overrides=["cable.pretension=6 N", "pulley.0.inertia=0.002"])
-    settings = ["--set", 'cable.pretension="6 N"', "--set", "pulley.0.inertia=0.002"]
-    found = answer("modes", "dissertation-2", *settings, "--below", "1000")
-    assert (
-        found["provenance"]["drive_hash"]
-        == cd.content_hash(changed)
-        != cd.content_hash(cd.load_drive("dissertation-2"))
-    )
-    listed = [mode["frequency_hz"] for mode in found["modes"] if mode["kind"] == "longitudinal"]
-    assert listed == list(cd.natural_frequencies(changed, below=1000.0, taut=False))
 
 
 def test_output_holds_the_same_object(tmp_path):

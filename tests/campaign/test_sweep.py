@@ -9,11 +9,10 @@ import xarray as xr
 
 import cabledrive as cd
 from cabledrive.campaign.design import NamedDesign
-from cabledrive.campaign.engine import chosen_chunk
 from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import spec_of
 from cabledrive.parameters.files import one_process
-from campaign_computations import Dangerous, Sleepy, swept
+from campaign_computations import Dangerous, swept
 from command import answer, refusal
 
 SPEC = """
@@ -334,12 +333,6 @@ pluck_span = "lower idler to joint"
     one = answer(*alone, *torque, "--pluck", "lower idler to joint=0.1 mm")
     least = min(span["least_tension"] for span in one["spans"])
     assert float(data["least_tension"][1]) == pytest.approx(least, rel=1e-12)
-
-
-def test_a_chunk_is_about_five_seconds_of_rows(tmp_path):
-    own = 'drive = "dissertation-3"\n[vary]\nown.x = { from = 0, to = 1 }\n[design]\nkind = "grid"\n'
-    spec = spec_of(tomllib.loads(f"{own}rows = 9999"), tmp_path, computation=Sleepy(0.05))
-    assert 60 < chosen_chunk(spec, 1) <= 100
 
 
 # --- Designs give exactly the rows that are asked for, each by its number alone

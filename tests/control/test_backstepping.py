@@ -1,8 +1,4 @@
-"""Backstepping: against the printed law, against differences of 60 digits, and the matrix of its errors.
-
-Compiled modules under test: cabledrive.control.law_kernels,
-cabledrive.control.backstepping_recursion.
-"""
+"""Backstepping: against the printed law, against differences of 60 digits, and the matrix of its errors."""
 
 import mpmath
 import numpy as np

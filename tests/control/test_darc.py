@@ -1,7 +1,4 @@
-"""One derivation gives the printed laws of Models 1 to 4; their bound, their projection.
-
-Compiled modules under test: cabledrive.control.law_kernels.
-"""
+"""One derivation gives the printed laws of Models 1 to 4; their bound, their projection."""
 
 from dataclasses import replace
 

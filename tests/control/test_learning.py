@@ -1,8 +1,4 @@
-"""Learnt from readings: cable and motor in one pulse, a torque of the load from the filter's innovations.
-
-Compiled modules under test: cabledrive.control.observers,
-cabledrive.control.law_kernels.
-"""
+"""Learnt from readings: cable and motor in one pulse, a torque of the load from the filter's innovations."""
 
 from dataclasses import replace
 from functools import cache
@@ -41,9 +37,9 @@ def motion() -> tuple[np.ndarray, np.ndarray]:
 
 
 def counted(angles: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Readings of encoders that start anywhere within a count."""
-    phases = rng.uniform(-0.5, 0.5, angles.shape[1])
-    return COUNTS * np.rint(angles / COUNTS + phases)
+    """Readings of the last encoders, which start anywhere within a count."""
+    counts = COUNTS[-angles.shape[1] :]
+    return counts * np.rint(angles / counts + rng.uniform(-0.5, 0.5, angles.shape[1]))
 
 
 def test_filter_gives_the_derivatives_of_a_slow_sine():
@@ -80,7 +76,7 @@ def test_friction_of_the_load_is_not_taken_for_a_softer_cable(coulomb, viscous, 
     worst, held = 0.0, 0
     for seed in range(8):
         rng = np.random.default_rng(seed)
-        found = estimate_load(counted_pair(angles, rng), COUNTS[1:], INTERVAL, rng)
+        found = estimate_load(counted(angles, rng), COUNTS[1:], INTERVAL, rng)
         assert found.known(0.02, 0), found
         assert found.believed, found
         worst = max(worst, abs(found.values[0] / BETA - 1.0))
@@ -89,11 +85,6 @@ def test_friction_of_the_load_is_not_taken_for_a_softer_cable(coulomb, viscous, 
         assert np.all(np.abs(found.values[2:] - (coulomb, viscous)) <= allowed)
     measured(f"beta {100 * worst:.3f} % at most; {held} of 8 intervals hold the Coulomb friction")
     assert worst < 2e-3, f"observed {worst:.1e}"
-
-
-def counted_pair(angles: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Readings of the last two encoders that start anywhere within a count."""
-    return COUNTS[1:] * np.rint(angles / COUNTS[1:] + rng.uniform(-0.5, 0.5, 2))
 
 
 def test_momentum_sum_gives_inertia_and_friction_from_counts():

@@ -27,12 +27,8 @@ def iterated_gain(a, b, weight, cost, steps):
 def test_lqi_feedback_is_the_limit_of_the_optimum_over_ever_longer_times(number):
     chain = model(number)
     n = chain.size
-    a, b = state_space(chain)
-    block = np.zeros((2 * n + 2, 2 * n + 2))
-    block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, b[:, 0]
-    power = expm(block * INTERVAL)
     ad, bd = np.eye(2 * n + 1), np.zeros((2 * n + 1, 1))
-    ad[: 2 * n, : 2 * n], bd[: 2 * n] = power[: 2 * n, : 2 * n], power[: 2 * n, 2 * n : 2 * n + 1]
+    ad[: 2 * n, : 2 * n], bd[: 2 * n, 0] = sampled(chain)
     ad[2 * n, n - 1] = INTERVAL
     weight = np.zeros((2 * n + 1, 2 * n + 1))
     weight[n - 1, n - 1], weight[2 * n, 2 * n] = COUNT**-2, (COUNT * TIME) ** -2

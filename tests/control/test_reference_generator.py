@@ -6,9 +6,8 @@ import pytest
 from cabledrive.control import reference
 from cabledrive.control.numbers import KALMAN, ObserverNumbers
 from cabledrive.control.reference_kernels import reference_table
-from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.trajectories import pulse, rise_coefficients
-from control_chains import carried, flat_rows, model
+from control_chains import carried, flat_rows, model, row_of
 
 
 @pytest.mark.kernel
@@ -50,16 +49,7 @@ def test_columns_of_a_law_that_learns_are_those_of_whole_arrays(inertias, measur
     """A random chain and a random stable filter; the arrays smooth and filter whole signals."""
     generator = np.random.default_rng(inertias)
     n, states, m, interval, turning = inertias, 2 * inertias + 2, 2, 1e-3, 0.012
-    chain = LumpedChain(
-        names=tuple(f"{i}" for i in range(n)),
-        inertias=tuple(generator.uniform(1e-3, 3e-3, n)),
-        stiffness=tuple(generator.uniform(50.0, 200.0, n - 1)),
-        damping=tuple(generator.uniform(0.0, 0.3, n - 1)),
-        viscous=tuple(generator.uniform(0.0, 1e-3, n)),
-        coulomb=(0.0,) * n,
-        offsets=(0.0,) * n,
-        ratios=((1.0, 1.0),) * (n - 1),
-    )
+    chain = row_of(n, generator)
     model = generator.normal(size=(states, states))
     model *= 0.95 / np.abs(np.linalg.eigvals(model)).max()
     observer = ObserverNumbers(

@@ -424,44 +424,32 @@ def path(tmp_path):
     return tmp_path / "log.parquet"
 
 
-def test_blocks_give_the_parameters_of_the_whole_log(path, monkeypatch):
-    """Apart from filter ends and the bandwidth of the first block: within half a standard error."""
-    whole = identify(path, IdentifyOptions(check=False))
-    monkeypatch.setattr("cabledrive.identification.one_log.BLOCK_ROWS", 17_000)
-    monkeypatch.setattr("cabledrive.identification.logs.reading.BLOCK_ROWS", 5_000)
-    blocks = identify_long_log(open_log(path))
-    assert blocks.method["blocks"] == 4
-    assert blocks.reports[0].rows == 70_000
-    for name, estimate in whole.parameters.items():
-        off = abs(blocks[name] - estimate.value) / estimate.standard_error
-        assert off < 0.5, f"{name}: {off:.2f} standard errors"
-
-
 def test_a_log_too_long_for_memory_is_refused_where_blocks_do_not_serve(path, monkeypatch):
     monkeypatch.setattr(reading, "MOST_VALUES", 1000)
     with pytest.raises(InputRefused, match="more than 1000 numbers"):
         reading.read_log(path)
 
 
-def csv_of(path, folder):
-    columns = parquet.read_table(path).to_pydict()
-    rows = (",".join(f"{cell:.9g}" for cell in row) for row in zip(*columns.values(), strict=True))
-    (folder / "log.csv").write_text("\n".join([",".join(columns), *rows]) + "\n")
-    return folder / "log.csv"
+@pytest.mark.parametrize("kind", ["parquet", "csv"])
+def test_a_log_is_read_in_blocks_with_progress(path, kind, monkeypatch):
+    """No more is held than a block: the parameters of the whole, a line for every block of a text.
 
-
-def test_a_text_log_is_read_in_blocks_with_progress(path, tmp_path, monkeypatch):
-    """CSV of which no more is held than a block: the parameters of the whole, and a line for every block."""
-    text = csv_of(path, tmp_path)
-    whole = identify(text, IdentifyOptions(check=False))
+    Apart from filter ends and the bandwidth of the first block: within half a standard error.
+    """
+    if kind == "csv":
+        columns = parquet.read_table(path).to_pydict()
+        rows = (",".join(f"{cell:.9g}" for cell in row) for row in zip(*columns.values(), strict=True))
+        path = path.with_suffix(".csv")
+        path.write_text("\n".join([",".join(columns), *rows]) + "\n")
+    whole = identify(path, IdentifyOptions(check=False))
     monkeypatch.setattr("cabledrive.identification.one_log.MOST_VALUES", 100_000)
     monkeypatch.setattr("cabledrive.identification.one_log.BLOCK_ROWS", 17_000)
+    monkeypatch.setattr("cabledrive.identification.logs.reading.BLOCK_ROWS", 5_000)
     monkeypatch.setattr("cabledrive.identification.logs.text.BLOCK_BYTES", 100_000)
     lines = []
-    blocks = identify(text, progress=lines.append)
-    assert (blocks.method["blocks"], blocks.reports[0].rows) == (4, 70_000)
-    assert lines[-1].startswith("log.csv: 70000 rows, about 9")
-    assert len(lines) == 4
+    blocks = identify(path, progress=lines.append)
+    assert (blocks.method["blocks"], blocks.reports[0].rows, len(lines)) == (4, 70_000, 4)
+    assert lines[-1].startswith(f"{path.name}: 70000 rows")
     for name, estimate in whole.parameters.items():
         off = abs(blocks[name] - estimate.value) / estimate.standard_error
         assert off < 0.5, f"{name}: {off:.2f} standard errors"

@@ -26,6 +26,7 @@ TRUE = {
     "cable_stiffness": 850.0,
     "cable_damping": 0.18,
 }
+INERTIAS = {name: TRUE[name] for name in TRUE if name.endswith("inertia")}
 ROUGH = {
     name: value * factor
     for (name, value), factor in zip(TRUE.items(), [0.8, 1.2, 0.9, 1.4, 0.7, 0.6, 1.3, 0.7], strict=True)
@@ -129,8 +130,7 @@ def test_the_model_that_made_the_response_is_chosen(model, measured):
     chain = response_models.chain_for(model, lumped(model), RADIUS)
     u, y = periodic(8, 0.3, model, response=lambda f: speed_response(chain, 2 * np.pi * f))
     response = by_periods(u, y)
-    known = ROUGH | {name: TRUE[name] for name in TRUE if name.endswith("inertia")}
-    choice = response_models.choose_model(response, known, radius=RADIUS, inertias_known=True)
+    choice = response_models.choose_model(response, ROUGH | INERTIAS, radius=RADIUS, inertias_known=True)
     measured(f"Model {choice.model} chosen")
     assert choice.model == model
 
@@ -323,19 +323,14 @@ def test_intervals_from_logs_hold_gain_and_bandwidth(measured):
 
 
 # --- Joint and cable of Table 6.2 from a virtual multisine through the motor encoder, and their model
-SEED, RATE_TABLE, PERIOD_TABLE, RADIUS_TABLE = 2015, 5000.0, 10_000, 0.04
-PRINTED = {"cable_stiffness": 850.0, "cable_damping": 0.18, "joint_stiffness": 135.0, "joint_damping": 0.075}
-INERTIAS = {"motor_inertia": 0.0011, "drive_inertia": 0.000642, "load_inertia": 0.00235}
-ROUGH_TABLE = {
-    **{name: 0.7 * value for name, value in PRINTED.items()},
-    **INERTIAS,
-    "viscous_friction": 0.004,
-}
+RATE_TABLE, PERIOD_TABLE = 5000.0, 10_000
+PRINTED = {name: TRUE[name] for name in TRUE if name.startswith(("cable", "joint"))}
+ROUGH_TABLE = INERTIAS | {name: 0.7 * value for name, value in PRINTED.items()} | {"viscous_friction": 0.004}
 
 
 def measured_response(periods):
     """Odd lines of 0.5 Hz spacing up to 250 Hz; a constant part keeps the shaft turning one way."""
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(2015)
     lines = planning.multisine_lines(PERIOD_TABLE, RATE_TABLE, 1.0, 250.0, odd=True)
     command = 0.12 + 0.3 * np.tile(planning.low_crest_multisine(PERIOD_TABLE, lines), periods)
     log = run_rig(rig_of(load_drive("dissertation-3"), 4), command, rng)
@@ -354,7 +349,7 @@ def response():
 
 def test_table_6_2_lies_inside_its_intervals(response, measured):
     """Every printed value inside its 99.9 % interval, at seed 2015; inertias known from the bench tests."""
-    fit = response_models.fit_response(response, 4, ROUGH_TABLE, radius=RADIUS_TABLE, fixed=INERTIAS)
+    fit = response_models.fit_response(response, 4, ROUGH_TABLE, radius=RADIUS, fixed=INERTIAS)
     bounds = {name: fit.bounds(name, 0.999) for name in PRINTED}
     measured(", ".join(f"{n} {fit[n]:.5g} ({low:.5g} to {high:.5g})" for n, (low, high) in bounds.items()))
     assert 0.8 < fit.misfit < 1.5, f"{fit.misfit:.3f}"
@@ -365,7 +360,7 @@ def test_table_6_2_lies_inside_its_intervals(response, measured):
 
 
 def test_model_4_is_chosen_over_1_to_3(response, measured):
-    choice = response_models.choose_model(response, ROUGH_TABLE, radius=RADIUS_TABLE, inertias_known=True)
+    choice = response_models.choose_model(response, ROUGH_TABLE, radius=RADIUS, inertias_known=True)
     measured(f"Model {choice.model} chosen")
     assert choice.model == 4
 

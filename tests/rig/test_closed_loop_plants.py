@@ -1,9 +1,4 @@
-"""The plants of the rig: inertias with friction that sticks, many of them, and the distributed cable.
-
-Compiled modules under test: cabledrive.rig.closed_loop.chain_kernels,
-cabledrive.rig.closed_loop.cable_plant,
-cabledrive.rig.closed_loop.loop_kernels.
-"""
+"""The plants of the rig: inertias with friction that sticks, many of them, and the distributed cable."""
 
 from dataclasses import replace
 
@@ -110,14 +105,6 @@ def test_backlash_and_slack_spans_move_as_the_equations_written_out(play, slack,
 
 
 @pytest.mark.kernel
-def test_torque_below_the_friction_moves_nothing_and_a_load_lets_it_go():
-    held = motion(np.full(200, 0.9 * CHAIN.coulomb[0]))
-    assert np.all(held[:, :6] == 0.0)
-    loose = motion(np.full(200, 1.1 * CHAIN.coulomb[0] + abs(CHAIN.offsets[0])))
-    assert loose[-1, 0] > 0.0
-
-
-@pytest.mark.kernel
 def test_friction_of_a_pulley_inside_the_row_holds_as_well():
     inner = replace(CHAIN, coulomb=(0.03, 0.01, 0.0), offsets=(0.0,) * 3)
     held = motion(np.full(200, 0.029), chain=inner)
@@ -127,14 +114,6 @@ def test_friction_of_a_pulley_inside_the_row_holds_as_well():
     assert between[:, 0].max() == pytest.approx(0.008 / CHAIN.stiffness[0], rel=0.2)
     assert between[-1, 3] == 0.0
     assert np.all(between[:, 1:3] == 0.0)
-
-
-@pytest.mark.kernel
-def test_torque_loop_of_first_order_follows_its_time_constant():
-    """After one time constant the shaft has 1 - 1/e of the command."""
-    rate = 2 * np.pi * 100.0
-    states = motion(np.full(1, 0.2), rate=rate, hold=1.0 / rate)
-    assert states[0, -1] == pytest.approx(0.2 * (1 - np.exp(-1.0)), rel=1e-12)
 
 
 def test_energy_only_falls_without_torque(measured):
@@ -174,12 +153,6 @@ def test_many_plants_score_what_single_runs_score(law, plant):
     many = np.column_stack((found.peak_torque, found.saturated))
     single = np.array([run(one, log=False).state.summary[4:6] for one in sampled_loops(loop, 20, 5)])
     np.testing.assert_array_equal(many, single)
-
-
-def test_a_slack_span_fails_the_draw():
-    loop = loop_of("darc-4")
-    loop = replace(loop, slack=0.02, plant=loop.plant._replace(twist_limit=0.02))
-    assert all(over(sampled_loops(loop, 18, 1)).failed)
 
 
 IDEAL = RigOptions(ideal_sensors=True)

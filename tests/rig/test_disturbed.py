@@ -1,8 +1,4 @@
-"""What a rig adds to a plant: backlash, jitter, slow torque, loads, slack spans, blind encoders, wear.
-
-Compiled modules under test: cabledrive.rig.closed_loop.chain_kernels,
-cabledrive.rig.closed_loop.loop_kernels.
-"""
+"""What a rig adds to a plant: backlash, jitter, slow torque, loads, slack spans, blind encoders, wear."""
 
 from dataclasses import fields, replace
 from math import radians
@@ -39,15 +35,6 @@ def pushed(torque, samples, *, play=0.0, slack=float("inf"), start=None):
     options = RigOptions(substeps=10, forbid_slack=False)
     plant = chain_numbers(CHAIN, INTERVAL, options, links=(play, slack))
     return states_of(plant, np.full(samples, torque), INTERVAL, start)
-
-
-@pytest.mark.kernel
-def test_motor_turns_alone_through_its_backlash():
-    """Inside the play only the motor moves, as tau t^2 / 2 J less its viscous friction."""
-    states = pushed(1e-3, 20, play=radians(2.0))
-    assert np.all(states[:, 1:3] == 0.0)
-    time = INTERVAL * 20
-    assert states[-1, 0] == pytest.approx(0.5 * 1e-3 / CHAIN.inertias[0] * time**2, rel=0.01)
 
 
 def test_motion_with_backlash_converges_with_the_internal_step(measured):

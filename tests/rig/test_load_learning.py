@@ -25,7 +25,6 @@ from cabledrive.rig.laws.load_learning import (
 from cabledrive.rig.plant_samples import Disturbances, disturbed_loop
 from cabledrive.rig.trial import COMPARED, scored
 from cabledrive.rig.tuning import tuned_loop
-from command import answer
 
 DRIVE = load_drive("dissertation-3")
 RUBBING = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.015"])
@@ -310,9 +309,3 @@ def test_errors_of_repetitions_are_of_the_load_where_the_pulleys_differ():
     made = track(drive, controller="lqg", bandwidth=15.0, motion=Motion(order=11), seed=3, repeat=2)
     for one in made.summary["repeated"]["repetitions"]:
         assert 0.2 < one["encoder_rms_deg"] / one["peak_error_deg"] < 1.0
-
-
-def test_the_command_shows_the_error_of_each_repetition():
-    said = answer("track", "dissertation-3", "--controller", "lqg", "--bandwidth", "30", "--repeat", "3")
-    assert 2 <= len(said["repeated"]["repetitions"]) <= 3
-    assert said["repeated"]["assumed"]

@@ -1,7 +1,4 @@
-"""Parts of the loop that few runs enter: an eccentric encoder, sensors of a pair, an exported plant.
-
-Compiled module under test: cabledrive.rig.closed_loop.loop_kernels.
-"""
+"""Parts of the loop that few runs enter: an eccentric encoder, sensors of a pair, an exported plant."""
 
 import numpy as np
 import pytest

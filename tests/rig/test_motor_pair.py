@@ -66,35 +66,29 @@ def test_encoders_and_friction_of_a_pair_begin_anywhere_within_their_range():
         assert values.min() < -0.5 * most < 0.5 * most < values.max()
 
 
-def test_with_both_flanks_closed_the_pair_is_a_motor_of_twice_the_size_without_backlash():
-    """No friction, true states: the error of the load to the integrators' order."""
-    options = RigOptions(pair=True, ideal_sensors=True)
-    pair = loop_of(SMOOTH, "lqg", 20.0, SHORT, options)
-    twice = doubled(SMOOTH)
-    plain = replace(twice, motor=replace(twice.motor, backlash=0.0))
-    single = loop_of(plain, "lqg", 20.0, SHORT, RigOptions(ideal_sensors=True))
-    ours, theirs = run(pair), run(single)
-    assert ours.state.summary[10] == 0
-    off = np.abs(ours.log[:, 2] - theirs.log[:, 2]).max()
-    assert off < 1e-5 * np.abs(theirs.log[:, 2]).max(), off
-
-
-def test_a_pair_takes_smoothed_friction_and_a_load_that_changes(measured):
-    """Each against one motor of twice the size without backlash: the same chain while both flanks press."""
-    plain = doubled(DRIVE)
+@pytest.mark.parametrize(
+    "drive, kind, most",
+    [
+        (SMOOTH, {}, 1e-5),
+        (DRIVE, {"smooth_friction": True}, 2e-3),
+        (DRIVE, {"load_change": (0.05, 2.0)}, 2e-3),
+    ],
+    ids=["no friction", "smooth", "load"],
+)
+def test_with_both_flanks_closed_the_pair_is_a_motor_of_twice_the_size_without_backlash(
+    drive, kind, most, measured
+):
+    """True states: the error of the load to the integrators' order."""
+    plain, options = doubled(drive), RigOptions(ideal_sensors=True, **kind)
     plain = replace(plain, motor=replace(plain.motor, backlash=0.0))
-    off = {}
-    for name, kind in {"smooth": {"smooth_friction": True}, "load": {"load_change": (0.05, 2.0)}}.items():
-        options = RigOptions(ideal_sensors=True, **kind)
-        pair, single = (
-            loop_with_loads(loop_of(drive, "lqg", 20.0, SHORT, chosen))
-            for drive, chosen in ((DRIVE, replace(options, pair=True)), (plain, options))
-        )
-        ours, theirs = run(pair), run(single)
-        assert ours.state.summary[10] == 0
-        off[name] = np.abs(ours.log[:, 2] - theirs.log[:, 2]).max() / np.abs(theirs.log[:, 2]).max()
-    measured(", ".join(f"{name} {value:.1e} of the way" for name, value in off.items()))
-    assert max(off.values()) < 2e-3, off
+    pair, single = (
+        run(loop_with_loads(loop_of(one, "lqg", 20.0, SHORT, chosen)))
+        for one, chosen in ((drive, replace(options, pair=True)), (plain, options))
+    )
+    assert pair.state.summary[10] == 0
+    off = np.abs(pair.log[:, 2] - single.log[:, 2]).max() / np.abs(single.log[:, 2]).max()
+    measured(f"{off:.1e} of the way")
+    assert off < most, off
 
 
 def over_draws(law, hertz, draws, seed, options=PAIR, drive=DRIVE):

@@ -97,14 +97,12 @@ def test_readings_come_in_counts_and_the_wanted_motion_with_its_derivatives():
     found = track(DRIVE, controller=own, motion=SHORT)
     readings, reference = (np.array(part) for part in zip(*seen, strict=True))
     np.testing.assert_array_equal(readings, found.readings)
-    np.testing.assert_allclose(reference[:, 0], found.reference * load_gear(), atol=1e-15)
+    np.testing.assert_allclose(
+        reference[:, 0], found.reference * DRIVE.load_pulley.radius / DRIVE.drive_pulley.radius, atol=1e-15
+    )
     rate = np.gradient(reference[:, 0], INTERVAL)
     np.testing.assert_allclose(reference[5:-5, 1], rate[5:-5], atol=1e-3 * np.abs(rate).max())
     assert found.summary["controller"] == "by counts"
-
-
-def load_gear() -> float:
-    return DRIVE.load_pulley.radius / DRIVE.drive_pulley.radius
 
 
 @pytest.mark.kernel

@@ -1,8 +1,4 @@
-"""The transporter: its model against certified modes, its plant against the model, its laws compared.
-
-Compiled modules under test: cabledrive.control.load_schedule,
-cabledrive.rig.carriage.
-"""
+"""The transporter: its model against certified modes, its plant against the model, its laws compared."""
 
 from dataclasses import replace
 

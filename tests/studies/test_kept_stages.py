@@ -25,59 +25,42 @@ def half_more(value: float) -> Found:
     return Found(1.5 * value)
 
 
-def staged(folder, calls, function=half_more, argument=1.0):
-    CALLS.clear()
-    found = StageCache(folder=folder, note=print).staged("stage", function, argument)
-    calls.extend(CALLS)
-    return found
-
-
-def edited(content):
-    return json.dumps(json.loads(content) | {"result": {"value": 99.0}})
-
-
-def without_a_hash(content):
-    return json.dumps({key: value for key, value in json.loads(content).items() if key != OWN_HASH})
-
-
-def under_another_key(content):
-    return json.dumps(with_own_hash(json.loads(content) | {"key": "0" * 64}))
-
-
-def cut(content):
-    return content[:-3]
-
-
-def zeroed(content):
-    return content[:20] + "\0" * 10 + content[30:]
-
-
-def a_list(content):
-    return "[1, 2]"
-
-
-@pytest.mark.parametrize("damage", [edited, without_a_hash, under_another_key, cut, zeroed, a_list])
-def test_a_stage_is_served_as_it_was_written_and_else_made_again(tmp_path, damage):
-    calls = []
-    assert staged(tmp_path, calls) == staged(tmp_path, calls) == Found(1.5)
-    assert len(calls) == 1
-    (file,) = tmp_path.iterdir()
-    file.write_text(damage(file.read_text()))
-    assert staged(tmp_path, calls) == staged(tmp_path, calls) == Found(1.5)
-    assert len(calls) == 2
-
-
 def twice(value: float) -> Found:
     CALLS.append(value)
     return Found(2.0 * value)
 
 
+def staged(folder, function=half_more, argument=1.0):
+    return StageCache(folder=folder, note=print).staged("stage", function, argument)
+
+
+DAMAGES = {
+    "edited": lambda text: json.dumps(json.loads(text) | {"result": {"value": 99.0}}),
+    "without a hash": lambda text: json.dumps({k: v for k, v in json.loads(text).items() if k != OWN_HASH}),
+    "under another key": lambda text: json.dumps(with_own_hash(json.loads(text) | {"key": "0" * 64})),
+    "cut": lambda text: text[:-3],
+    "zeroed": lambda text: text[:20] + "\0" * 10 + text[30:],
+    "a list": lambda text: "[1, 2]",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_stage_is_served_as_it_was_written_and_else_made_again(tmp_path, damage):
+    CALLS.clear()
+    assert staged(tmp_path) == staged(tmp_path) == Found(1.5)
+    assert len(CALLS) == 1
+    (file,) = tmp_path.iterdir()
+    file.write_text(damage(file.read_text()))
+    assert staged(tmp_path) == staged(tmp_path) == Found(1.5)
+    assert len(CALLS) == 2
+
+
 def test_a_stage_is_known_by_its_function_and_by_every_argument_that_it_is_given(tmp_path):
-    calls = []
-    assert staged(tmp_path, calls, argument=2.0) == Found(3.0)
-    assert staged(tmp_path, calls, argument=3.0) == Found(4.5)
-    assert staged(tmp_path, calls, twice, 2.0) == Found(4.0)
-    assert calls == [2.0, 3.0, 2.0]
+    CALLS.clear()
+    assert staged(tmp_path, argument=2.0) == Found(3.0)
+    assert staged(tmp_path, argument=3.0) == Found(4.5)
+    assert staged(tmp_path, twice, 2.0) == Found(4.0)
+    assert CALLS == [2.0, 3.0, 2.0]
 
 
 def test_where_a_log_lies_is_no_part_of_what_it_is(tmp_path):

@@ -25,16 +25,6 @@ def at_tension(drive, tension):
     return replace(drive, cable=replace(drive.cable, pretension=tension))
 
 
-def test_summary_of_configuration_2():
-    found = resonance(cd.load_drive("dissertation-2"), torque=3e-3)
-    assert found.frequency_ratio == pytest.approx(50.394 / 81.7421, rel=1e-5)
-    assert found.detuning == found.frequency_ratio - 0.5
-    assert found.tuned_pretension == pytest.approx(3.28377, abs=5e-6)
-    assert found.threshold_torque == 0.0
-    assert found.verdict == "safe"
-    assert any("undamped" in reason for reason in found.reasons)
-
-
 def test_off_tuning_verdicts_change_at_one_and_two_half_widths():
     drive, torque = damped(2.0, 5.0), 0.02
     seen = []
@@ -158,15 +148,9 @@ def test_every_place_of_the_lift_has_a_summary_with_finite_numbers_or_reasons(sh
     mirrored = replace(drive.carriage[1], position=share * length, coupled="")
     drive = replace(drive, carriage=(replace(drive.carriage[0], position=share * length), mirrored))
     found = resonance(drive)
-    for name in (
-        "frequency_ratio",
-        "threshold_torque",
-        "threshold_here",
-        "growth_torque",
-        "tuned_pretension",
-    ):
-        value = getattr(found, name)
-        assert np.isfinite(value) if value is not None else True, (name, value)
+    names = ("frequency_ratio", "threshold_torque", "threshold_here", "growth_torque", "tuned_pretension")
+    values = {name: getattr(found, name) for name in names}
+    assert all(value is None or np.isfinite(value) for value in values.values()), values
     assert all(pair.reason for pair in found.coupled if pair.threshold_torque is None)
 
 
@@ -222,15 +206,9 @@ def test_a_sine_shows_at_its_frequency_with_its_amplitude():
     assert amplitude[top] == pytest.approx(3.0, rel=5e-3), amplitude[top]
 
 
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda: amplitude_spectrum(TIME[:5], TIME[:5]), "spectrum of 5 samples"),
-    ],
-)
-def test_spectra_that_give_nothing_are_refused(call, words):
-    with pytest.raises((cd.InputRefused, cd.NotComputed), match=words):
-        call()
+def test_five_samples_have_no_spectrum():
+    with pytest.raises((cd.InputRefused, cd.NotComputed), match="spectrum of 5 samples"):
+        amplitude_spectrum(TIME[:5], TIME[:5])
 
 
 # --- Branches of steady motion where a steady load splits the spans, and beats beyond the Hopf point

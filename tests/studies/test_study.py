@@ -238,19 +238,21 @@ def test_goals_that_make_no_sense_are_refused(content, words):
         goals_of(content)
 
 
-def test_goals_are_read_with_their_units(tmp_path):
+def test_goals_of_a_load_and_of_a_carriage_are_read_with_their_units(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(
         '[goals]\nerror = "0.1 deg"\ntorque = "1.5 N m"\nload_inertia = ["2 g m^2", "2.5 g m^2"]\n'
-        '[motion]\nangle = "90 deg"\nduration = "400 ms"\npulses = 2\n[acceptance]\ndraws = 50\n'
-        "[uncertainty]\nstiffness = 0.3\n"
+        '[motion]\nduration = "400 ms"\npulses = 2\n[acceptance]\ndraws = 50\n'
+        '[uncertainty]\nstiffness = 0.3\n[carriage]\nhanging_mass = "250 g"\nline_length = "25 cm"\n'
     )
     found = load_goals(path)
     assert found.error == pytest.approx(np.radians(0.1))
     assert (found.torque, found.duration, found.pulses, found.draws) == (1.5, 0.4, 2, 50)
     assert found.load_inertia == pytest.approx((0.002, 0.0025))
-    assert found.spreads["stiffness"] == 0.3
-    assert found.spreads["friction"] == SPREADS["friction"]
+    assert (found.spreads["stiffness"], found.spreads["friction"]) == (0.3, SPREADS["friction"])
+    assert (found.hanging_mass, found.line_length) == (0.25, 0.25)
+    carried = goals_of({"goals": {"error": "0.5 mm"}, "motion": {"travel": "80 cm"}})
+    assert (carried.error, carried.carriage_error, carried.travel) == (None, 5e-4, 0.8)
 
 
 # --- What a study learns from a log without the load's angle: the axis as one, where it moves as one

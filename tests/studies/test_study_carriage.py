@@ -13,7 +13,6 @@ from cabledrive.studies.study import Goals, carriage, run_study
 from cabledrive.studies.study.acceptance_stage import accept
 from cabledrive.studies.study.check_stage import _rounded_up, goals_for
 from cabledrive.studies.study.findings import rounded_up
-from cabledrive.studies.study.goals import goals_of
 from cabledrive.studies.study.plants import CarriagePlant
 from cabledrive.studies.study.stage_cache import StageCache
 from hanging_loads import scaled_transporter
@@ -62,11 +61,7 @@ def test_the_same_runs_decide_otherwise_where_another_goal_is_asked(studied, mea
 
 def test_the_page_gives_the_carriages_law_its_runs_and_that_no_theorem_bounds_them(studied):
     found, _ = studied
-    chapters = [
-        verdict_chapter(found),
-        controller_chapter(found),
-        acceptance_chapter(found),
-    ]
+    chapters = [verdict_chapter(found), controller_chapter(found), acceptance_chapter(found)]
     blocks = [block for chapter in chapters for block in chapter.blocks]
     pictures = {block.name for block in blocks if isinstance(block, Figure)}
     assert pictures == {"bandwidths", "peaks", "worst"}
@@ -131,22 +126,10 @@ def test_goals_of_another_machine_are_refused(drive, goals, words):
         run_study(drive, [], goals)
 
 
-def test_goals_of_a_carriage_are_read_with_their_units():
-    found = goals_of(
-        {
-            "goals": {"error": "0.5 mm"},
-            "motion": {"travel": "80 cm"},
-            "carriage": {"hanging_mass": "250 g", "line_length": "25 cm", "rail_friction": "3 N s/m"},
-            "acceptance": {"carriage_draws": 40},
-        }
-    )
-    assert (found.error, found.carriage_error, found.travel) == (None, 5e-4, 0.8)
-    assert (found.hanging_mass, found.line_length, found.rail_friction) == (0.25, 0.25, 3.0)
-    assert found.carriage_draws == 40
-    with pytest.raises(InputRefused, match="hanging_mass is given without line_length"):
-        Goals(hanging_mass=0.25)
-    with pytest.raises(InputRefused, match="line_length is given without hanging_mass"):
-        Goals(line_length=0.25)
+@pytest.mark.parametrize("given, other", [("hanging_mass", "line_length"), ("line_length", "hanging_mass")])
+def test_a_hanging_mass_and_its_line_come_together(given, other):
+    with pytest.raises(InputRefused, match=f"{given} is given without {other}"):
+        Goals(**{given: 0.25})
 
 
 def test_what_is_proposed_is_rounded_to_two_digits_and_lies_on_the_free_span():

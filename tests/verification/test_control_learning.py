@@ -137,21 +137,22 @@ def test_cable_of_438_under_a_design_for_850(gains, measured):
     assert max(later) <= 0.05
 
 
-@pytest.mark.verify
-@pytest.mark.parametrize("gains, stiffness", [("best", 850), ("printed", 800)])
-def test_making_the_law_anew_gives_no_bump_at_any_of_12_phases(gains, stiffness, measured):
+@pytest.mark.parametrize(
+    "gains, stiffness, phases",
+    [
+        ("printed", 800, (0, 4)),
+        pytest.param("printed", 800, range(12), marks=pytest.mark.verify),
+        pytest.param("best", 850, range(12), marks=pytest.mark.verify),
+    ],
+)
+def test_making_the_law_anew_gives_no_bump_at_any_phase(gains, stiffness, phases, measured):
     """The 0.1 s after the rebuilding beside the 0.1 s before it, under a design for 850 N/m."""
     plant = load_drive("dissertation-3", overrides=[f"lumped.cable_stiffness={stiffness}"])
-    found = [
-        np.degrees(np.abs(one.error[9500:10_500].reshape(2, 500))).max(axis=1)
-        for seed in range(12)
-        for one in [
-            track(DRIVE, controller="darc-indirect", plant_drive=plant, motion=TWO, seed=seed, gains=gains)
-        ]
-    ]
-    before, after = np.transpose(found)
+    law = {"controller": "darc-indirect", "plant_drive": plant, "motion": TWO, "gains": gains}
+    errors = np.degrees([np.abs(track(DRIVE, seed=seed, **law).error) for seed in phases])
+    before, after = errors[:, 9500:10_500].reshape(-1, 2, 500).max(axis=2).T
     rise = (after - before).max()
-    measured(f"after at most {rise:.4f} deg above before, {np.max(found):.4f} deg in all")
+    measured(f"after at most {rise:.4f} deg above before, {max(before.max(), after.max()):.4f} deg in all")
     assert rise < 0.02, f"observed {rise:.4f} deg"
 
 
