@@ -18,7 +18,7 @@ import cabledrive as cd
 from cabledrive.app.main import main
 from cabledrive.app.results import Absent, Answer, json_text, plain, provenance
 from cabledrive.reduction import network_axis
-from command import call, object_of, refusal, run, write_log
+from command import answer, call, object_of, refusal, run, write_log
 from painted_marker import VirtualCamera, filmed
 from printer_logs import samples, write_densities
 
