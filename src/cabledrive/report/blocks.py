@@ -128,12 +128,6 @@ class Table:
     groups: tuple[RowGroup, ...]
     note: Text = ""  # what stands below it
 
-    def __post_init__(self) -> None:
-        for group in self.groups:
-            for row in group.rows:
-                if len(row) != len(self.columns):
-                    raise ValueError(f"row {row} has {len(row)} cells, the table {len(self.columns)} columns")
-
 
 def table(
     caption: Text,

@@ -25,23 +25,22 @@ _ROOM = 1.08
 class ReportContext:
     """The machines of a report."""
 
-    drives: tuple[Drive, ...]  # loops and lines
-    routes: tuple[RoutedDrive, ...]  # machines with routes
+    machines: tuple[Drive | RoutedDrive, ...]  # with routes, which people bring, first; then loops and lines
     progress: Callable[[str], None]  # called with a line of text when a longer part of the work begins
 
     @property
-    def machines(self) -> tuple[Drive | RoutedDrive, ...]:
-        """Loops and lines, then machines with routes."""
-        return (*self.drives, *self.routes)
+    def drives(self) -> tuple[Drive, ...]:
+        """Loops and lines."""
+        return tuple(machine for machine in self.machines if isinstance(machine, Drive))
 
     @cached_property
     def anchors(self) -> tuple[str, ...]:
-        """A name for each machine that is unique on the page and fit for a link, routes last."""
+        """A name for each machine that is unique on the page and fit for a link."""
         return anchors([machine.name for machine in self.machines])
 
     @cached_property
     def modes(self) -> tuple[Modes, ...]:
-        """Certified modes of each machine, routes last.
+        """Certified modes of each machine.
 
         Of loops and lines both kinds, a little beyond the fifth longitudinal one; where that would list more
         than ten thousand transverse modes, and of routes, the first few of each kind instead.
@@ -65,8 +64,7 @@ def make_context(
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
     return ReportContext(
-        drives=tuple(drive for drive in drives if isinstance(drive, Drive)),
-        routes=tuple(drive for drive in drives if isinstance(drive, RoutedDrive)),
+        machines=tuple(sorted(drives, key=lambda drive: isinstance(drive, Drive))),
         progress=progress or (lambda line: None),
     )
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from datetime import datetime
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -211,30 +212,19 @@ def _belts_chapter(belts: Belts) -> Chapter:
         unit="Hz",
         panels=(Panel("density over frequency", "1", in_turn(densities.items())),),
     )
-    rows = tuple(_belt_row(a, b) for a, b in _paired(belts.peaks_a, belts.peaks_b))
-    peaks = table(
-        "Peaks of the belts, the highest first",
-        "peak | belt A [Hz] | belt B [Hz] | difference [Hz]",
-        rows,
-    )
+    highest_first = (sorted(own, key=lambda peak: -peak.height) for own in (belts.peaks_a, belts.peaks_b))
+    rows = (_belt_row(a, b) for a, b in zip_longest(*highest_first))
+    heads = "peak | belt A [Hz] | belt B [Hz] | difference [Hz]"
+    peaks = table("Peaks of the belts, the highest first", heads, rows)
     return Chapter("Belts", "belts-chapter", (both, peaks), headline=similar_words(belts))
 
 
-def _paired(
-    a: tuple[SpectrumPeak, ...], b: tuple[SpectrumPeak, ...]
-) -> list[tuple[SpectrumPeak | None, SpectrumPeak | None]]:
-    """Peaks of both belts by height; None where one belt has fewer."""
-    one, other = (sorted(own, key=lambda p: -p.height) for own in (a, b))
-    most = max(len(one), len(other))
-    return [(one[i] if i < len(one) else None, other[i] if i < len(other) else None) for i in range(most)]
-
-
 def _belt_row(a: SpectrumPeak | None, b: SpectrumPeak | None) -> tuple[str, str, str, str]:
-    first = a or b
-    assert first is not None
+    """The peaks of one height of both belts; None where a belt has fewer."""
+    height = (a or b).height  # type: ignore[union-attr]  # one of them is there
     off = "" if a is None or b is None else number(round(a.frequency - b.frequency, 1))
     one, other = ("" if peak is None else fixed(peak.frequency, 1) for peak in (a, b))
-    return f"{100 * first.height:.0f} %", one, other, off
+    return f"{100 * height:.0f} %", one, other, off
 
 
 LOOKS = {

@@ -233,9 +233,8 @@ def report_html(
         If the modes of a drive could not be computed.
     """
     context = make_context(drives, progress)
-    first = len(context.drives)  # routes, which people bring, come before loops and lines
-    order = (*range(first, len(context.machines)), *range(first))
-    views = (*(machine_view(context, place) for place in order), *_effects(context))
+    own = (machine_view(context, place) for place in range(len(context.machines)))
+    views = (*own, *_effects(context))
     about_all = "Natural frequencies, internal resonance, tensions and tracking errors"
     one = len(drives) == 1
     methods = [method for view in views for method in view.methods]

@@ -77,7 +77,6 @@ def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
 
 
 SHOWN, SHOWN_SHAPES, SHOWN_ON_ROUTES, SHOWN_ACROSS = 8, 4, 3, 6
-_PARTS = ("drive pulley", "load pulley", "motor", "carriages", "cable")
 
 
 def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
@@ -98,71 +97,34 @@ def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
     )
 
 
-def along_table(drive: Drive | RoutedDrive, modes: Modes) -> Table | None:
-    """Longitudinal modes and the shares of their kinetic energy, with routes the parts that hold them."""
-    if not modes.longitudinal:
-        return None
-    if isinstance(drive, RoutedDrive):
-        return table(
-            "Longitudinal modes and the parts that hold their kinetic energy.",
-            "Frequency [Hz] | Modes [] | What moves | Kinetic energy",
-            (
-                (number(row.frequency, 6), str(row.count), row.family, row.where)
-                for row in mode_rows(modes.longitudinal)
-            ),
-        )
-    rows = [(mode, _shares(mode)) for mode in modes.longitudinal]
-    parts = [part for part in _PARTS if any(part in shares for _, shares in rows)]
-    decimals = _decimals([mode.frequency for mode, _ in rows])
-    cells: list[tuple[Cell, ...]] = [
-        (
-            fixed(mode.frequency, decimals),
-            f"{mode.family} ×{mode.multiplicity}" if mode.multiplicity > 1 else mode.family,
-            *(shares.get(part, 0.0) for part in parts),
-        )
-        for mode, shares in rows
-    ]
-    return table(
-        "Longitudinal modes and their kinetic energy.",
-        "Frequency [Hz] | What moves",
-        cells,
-        bars=(part.removesuffix(" pulley") for part in parts),
-    )
+def along_table(modes: Modes) -> Table | None:
+    """Longitudinal modes and the parts that hold their kinetic energy."""
+    rows = mode_rows(modes.longitudinal)
+    cells = ((_hertz(row, rows), str(row.count), row.family, row.where) for row in rows)
+    heads = "Frequency [Hz] | Modes [] | What moves | Kinetic energy"
+    return table("Longitudinal modes and their kinetic energy.", heads, cells) if rows else None
 
 
-def _shares(mode: Mode) -> dict[str, float]:
-    """Shares of the kinetic energy, all carriages taken together."""
-    shares: dict[str, float] = {}
-    for name, share in mode.kinetic_shares.items():
-        part = "carriages" if name.startswith("carriage") else name
-        shares[part] = shares.get(part, 0.0) + share
-    return shares
-
-
-def _decimals(frequencies: Sequence[float]) -> int:
-    """Enough decimals for five digits of the lowest and seven of the highest."""
-    return min(8, max(decimals_for(min(frequencies), 5), decimals_for(max(frequencies), 7)))
+def _hertz(row: ModeRow, rows: Sequence[ModeRow]) -> str:
+    """A frequency with decimals for five digits of the lowest and seven of the highest of some rows."""
+    ends = rows[0].frequency, rows[-1].frequency
+    return fixed(row.frequency, min(8, max(map(decimals_for, ends, (5, 7)))))
 
 
 def across_table(modes: Modes) -> Table | None:
     """The lowest transverse modes."""
     rows = mode_rows(modes.transverse)
-    if not rows:
-        return None
-    decimals = _decimals([row.frequency for row in rows[:SHOWN_ACROSS]])
+    shown = rows[:SHOWN_ACROSS]
     more = f"The lowest {SHOWN_ACROSS} of {len(rows)} frequencies." if len(rows) > SHOWN_ACROSS else ""
-    return table(
-        "Transverse modes.",
-        "Frequency [Hz] | Modes [] | Where | Model",
-        (_across_cells(row, decimals) for row in rows[:SHOWN_ACROSS]),
-        note=more,
-    )
+    cells = ((_hertz(row, shown), *_across_cells(row)) for row in shown)
+    heads = "Frequency [Hz] | Modes [] | Where | Model"
+    return table("Transverse modes.", heads, cells, note=more) if rows else None
 
 
-def _across_cells(row: ModeRow, decimals: int) -> tuple[Cell, ...]:
+def _across_cells(row: ModeRow) -> tuple[Cell, ...]:
     carried = "the carriages move; " if row.family == "carriage-dominated" else ""
     models = sorted({mode.model or "" for mode in row.modes})
-    return fixed(row.frequency, decimals), str(row.count), carried + row.where, " and ".join(models)
+    return str(row.count), carried + row.where, " and ".join(models)
 
 
 ON_ROUTES = (

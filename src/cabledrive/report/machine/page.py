@@ -83,7 +83,7 @@ class MachinePage:
 
 
 def machine_view(context: ReportContext, place: int) -> View:
-    """Page and card of one machine of a report; ``place``: its number, loops and lines first."""
+    """Page and card of one machine of a report; ``place``: its number."""
     drive, name, modes = context.machines[place], context.anchors[place], context.modes[place]
     context.progress(f"resonance and travel: {drive.name}")
     badge, reasons, pairs = resonance_words(drive)
@@ -102,7 +102,7 @@ def machine_view(context: ReportContext, place: int) -> View:
         warnings=warnings,
         sources=source_paragraphs(drive.source),
         drawing=drawing(drive, name),
-        along=along_table(drive, modes),
+        along=along_table(modes),
         across=across_table(modes),
         shapes=shapes(drive, name, modes),
         ladder=None if isinstance(drive, RoutedDrive) else ladder(drive, name, modes),
