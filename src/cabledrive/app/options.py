@@ -332,17 +332,3 @@ pulse_options = together(
     option("--rise", "s", "Rise time.", 0.5),
     option("--dwell", "s", "Rest after a move.", 0.5),
 )
-payload_options = together(
-    option(
-        "--payload payloads",
-        "FACTOR:START",
-        "Load announced to lqi-scheduled (gain scheduling), as 3:0.7s; repeatable.",
-        multiple=True,
-    ),
-    option(
-        "--payload-range",
-        "LOW:HIGH",
-        "Loads that lqi-scheduled is designed for; default: 0.5:3 times the drive's.",
-    ),
-    option("--load-change", "FACTOR:START", "The plant's load from a time on, as 3:0.7s."),
-)

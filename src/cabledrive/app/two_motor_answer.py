@@ -5,7 +5,6 @@ from typing import Any
 import click
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import option, together
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.route import RoutedDrive
@@ -17,21 +16,6 @@ NOT_HERE = (
     *("smooth_friction", "no_adaptation", "tension_only", "as_printed", "segments", "jitter", "blind"),
     *("check_conditions", "repeat", "log_file", "animate", "pair", "preload"),
     *("payloads", "payload_range", "load_change"),
-)
-
-
-winch_options = together(
-    option(
-        "--move moves", "NAME=M", "Winches: how far the body goes, as camera.x=2m; repeatable.", multiple=True
-    ),
-    option(
-        "--least-tension",
-        "N",
-        "Winches: no line falls below; default: a fifth of the smaller tension at rest.",
-    ),
-    option(
-        "--gust", "N", "Force on the body for which the tension is promised; default: a tenth of its weight."
-    ),
 )
 
 

@@ -11,14 +11,13 @@ from cabledrive.app.options import (
     complete_controller,
     listed_laws,
     option,
-    payload_options,
     pulse_options,
     saves_answer,
     subcommand,
 )
 from cabledrive.app.results import Answer, NewFile, provenance, reasoned
 from cabledrive.app.track_text import track_text
-from cabledrive.app.two_motor_answer import two_motor_answer, winch_options
+from cabledrive.app.two_motor_answer import two_motor_answer
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.parameters.route import RoutedDrive
 
@@ -93,9 +92,28 @@ METHOD = "inertias and links in steps of second order between samples, friction 
 )
 @option("--pair", "flag", "A second motor like the first, preloaded against its backlash.")
 @option("--preload", "N m", "Of --pair; default: a quarter of the torque limit.", metavar="N m")
-@payload_options
+@option(
+    "--payload payloads",
+    "FACTOR:START",
+    "Load announced to lqi-scheduled (gain scheduling), as 3:0.7s; repeatable.",
+    multiple=True,
+)
+@option(
+    "--payload-range",
+    "LOW:HIGH",
+    "Loads that lqi-scheduled is designed for; default: 0.5:3 times the drive's.",
+)
+@option("--load-change", "FACTOR:START", "The plant's load from a time on, as 3:0.7s.")
 @option("--draws", "count", "Number of plants sampled from the bounds.", 0)
-@winch_options
+@option(
+    "--move moves", "NAME=M", "Winches: how far the body goes, as camera.x=2m; repeatable.", multiple=True
+)
+@option(
+    "--least-tension",
+    "N",
+    "Winches: no line falls below; default: a fifth of the smaller tension at rest.",
+)
+@option("--gust", "N", "Force on the body for which the tension is promised; default: a tenth of its weight.")
 @option("--log log_file", ".csv", "Write the encoder readings to FILE.csv.")
 @option(
     "--animate",

@@ -1,12 +1,9 @@
 """The page of one machine, a loop or one with routes, and the card that leads to it."""
 
-from dataclasses import dataclass
-
-from cabledrive.modal import Modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.blocks import Block, Figure, Section, Table
+from cabledrive.report.blocks import Block, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import sketch
 from cabledrive.report.machine.card import (
@@ -50,38 +47,6 @@ METHODS = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MachinePage:
-    """What the template of a machine is given."""
-
-    name: str  # part of every anchor of the page
-    drive: Drive | RoutedDrive
-    digest: str  # content hash
-    modes: Modes
-    certificate: str  # what it says of the modes
-    held: str  # how the motors were held
-    badge: Badge  # verdict on the internal resonance
-    reasons: tuple[str, ...]  # of it
-    warnings: tuple[str, ...]
-    sources: tuple[str, ...]
-    drawing: Figure
-    along: Table | None
-    across: Table | None
-    shapes: Figure
-    ladder: Figure | None
-    sections: tuple[Section, ...]  # those that stand open first
-
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """Figures and tables in the order of the page."""
-        open_, folded = (
-            [block for one in self.sections if one.folded is side for block in one.blocks]
-            for side in (False, True)
-        )
-        parts = (self.drawing, self.along, self.across, self.shapes, *open_, self.ladder, *folded)
-        return tuple(part for part in parts if part is not None)
-
-
 def machine_view(context: ReportContext, place: int) -> View:
     """Page and card of one machine of a report; ``place``: its number."""
     drive, name, modes = context.machines[place], context.anchors[place], context.modes[place]
@@ -90,24 +55,31 @@ def machine_view(context: ReportContext, place: int) -> View:
     routed = isinstance(drive, RoutedDrive)
     sections = _of_routes(drive, name, pairs) if isinstance(drive, RoutedDrive) else _of_a_loop(drive, name)
     warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*warnings_of(drive), *modes.warnings)))
-    page = MachinePage(
-        name=name,
-        drive=drive,
-        digest=content_hash(drive),
-        modes=modes,
-        certificate=" ".join([certificate_line(modes), *rigid_words(modes)]),
-        held=f"{lowest_frequencies(drive).line} {how_held(modes)}",
-        badge=badge,
-        reasons=reasons,
-        warnings=warnings,
-        sources=source_paragraphs(drive.source),
-        drawing=drawing(drive, name),
-        along=along_table(modes),
-        across=across_table(modes),
-        shapes=shapes(drive, name, modes),
-        ladder=None if isinstance(drive, RoutedDrive) else ladder(drive, name, modes),
-        sections=sections,
+    along, across, drawn = along_table(modes), across_table(modes), drawing(drive, name)
+    shaped = shapes(drive, name, modes)
+    steps = None if isinstance(drive, RoutedDrive) else ladder(drive, name, modes)
+    first, last = (
+        [block for one in sections if one.folded is side for block in one.blocks] for side in (False, True)
     )
+    blocks = (drawn, along, across, shaped, *first, steps, *last)  # in the order of the page
+    content = {
+        "name": name,  # part of every anchor of the page
+        "drive": drive,
+        "digest": content_hash(drive),
+        "modes": modes,
+        "certificate": " ".join([certificate_line(modes), *rigid_words(modes)]),
+        "held": f"{lowest_frequencies(drive).line} {how_held(modes)}",
+        "badge": badge,  # verdict on the internal resonance, and its reasons
+        "reasons": reasons,
+        "warnings": warnings,
+        "sources": source_paragraphs(drive.source),
+        "drawing": drawn,
+        "along": along,
+        "across": across,
+        "shapes": shaped,
+        "ladder": steps,
+        "sections": sections,
+    }
     certificate = modes.certificate
     sound, below = modes.certified and certificate.count, f"{number(certificate.below, 4)} Hz"
     complete = Badge(f"Modes complete up to {below}", "good")
@@ -124,8 +96,8 @@ def machine_view(context: ReportContext, place: int) -> View:
         group=MACHINES,
         card=card,
         template="machine.html",
-        content=page,
-        blocks=page.blocks,
+        content=content,
+        blocks=tuple(block for block in blocks if block is not None),
         methods=ROUTE_METHODS if routed else METHODS,
     )
 
