@@ -309,19 +309,17 @@ def argument(metavar: str | None, **more: Any) -> Any:
 def subcommand(
     example: str,
     shared: Sequence[Callable[..., Any]] = (),
-    short: str | None = None,
     names: Callable[[], dict[str, Sequence[str]]] = dict,
 ) -> Callable[[Function], click.Command]:
     """Make a command of a function whose `Answer` is shown, its options and arguments those it declares.
 
-    ``shared``: options that it has in common with others, first in the help; ``short``: line in the list of
-    commands, default: the first of its docstring; ``names``: as of `Subcommand`.
+    ``shared``: options that it has in common with others, first in the help; ``names``: as of `Subcommand`.
     """
 
     def _made(function: Function) -> click.Command:
         declared = inspect.signature(function).parameters.items()
         own = [one.default.add(name) for name, one in declared if isinstance(one.default, Declared)]
-        make = click.command(cls=Subcommand, example=example, short_help=short, names=names)
+        make = click.command(cls=Subcommand, example=example, names=names)
         return make(together(answering, *shared, *own)(function))
 
     return _made

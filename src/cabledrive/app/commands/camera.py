@@ -11,11 +11,7 @@ from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
 
 
-@subcommand(
-    'cabledrive camera clip.avi --frame-rate 480 --scale "0.4 mm" -o track.csv',
-    (force_option,),
-    "Follow a painted marker through a video.",
-)
+@subcommand('cabledrive camera clip.avi --frame-rate 480 --scale "0.4 mm" -o track.csv', (force_option,))
 def command(
     video: str = argument("VIDEO"),
     frame_rate: float | None = opt("Hz", "Of the recording; by default what the file says."),

@@ -19,7 +19,6 @@ METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning proce
 @subcommand(
     "cabledrive compare dissertation-3 --controllers lqi,lqi-learning --draws 20 -o comparison",
     (axis_argument,),
-    "Compare control laws on the same disturbed plants.",
 )
 @option("--controllers", "A,B,...", "Laws to compare; default: six; see docs/control.")
 @option("--all every_law", "flag", "Compare every law.")

@@ -15,11 +15,7 @@ METHOD = (
 )
 
 
-@subcommand(
-    "cabledrive experiment dissertation-3 --model 1 -o log.csv",
-    (force_option, axis_argument),
-    "Write a log of the virtual rig of a drive.",
-)
+@subcommand("cabledrive experiment dissertation-3 --model 1 -o log.csv", (force_option, axis_argument))
 def command(
     drive: Drive,
     excitation: str | None = opt("path", "TOML file of the command."),

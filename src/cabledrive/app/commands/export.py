@@ -11,11 +11,7 @@ LUMPED = "lumped Models 1 to 4 of the drive, links linear"
 METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` found them"}
 
 
-@subcommand(
-    "cabledrive export dissertation-3 --format c99 --controller lqg -o firmware",
-    (),
-    "Write a controller as C99, an FMU or another program's model.",
-)
+@subcommand("cabledrive export dissertation-3 --format c99 --controller lqg -o firmware")
 def command(
     source: str = argument("SOURCE"),
     format_: str = opt(
@@ -32,7 +28,10 @@ def command(
     anyway: bool = opt("flag", "Also the law of a study without yes; the reason stands in the files."),
     output: str = opt("path", "New folder to write.", required=True, metavar="DIR", flags="-o --output"),
 ) -> Answer:
-    """Export SOURCE: a study's folder, a controller.json, a drive (name or file), or the JSON of `shaper`."""
+    """Write the controller, plant or loop of SOURCE as C99, an FMU or another program's model.
+
+    SOURCE is a study's folder, a controller.json, a drive (name or file), or the JSON of `shaper`.
+    """
     from cabledrive.export import export_to
 
     if not source:

@@ -13,11 +13,7 @@ from cabledrive.parameters import InputRefused
 AXIS, PING = ("axis",), ("ping",)
 
 
-@subcommand(
-    "cabledrive identify log.csv --method output-error",
-    (saves_answer,),
-    "Identify inertia and friction of an axis from logs.",
-)
+@subcommand("cabledrive identify log.csv --method output-error", (saves_answer,))
 def command(
     logs: tuple[str, ...] = argument("LOG...", nargs=-1, required=True),
     config: str | None = opt("path", "TOML file with [identify] and [log]."),

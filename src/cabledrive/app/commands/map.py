@@ -26,7 +26,6 @@ WORKERS = 2
 @subcommand(
     "cabledrive map corexy --vary head.x=60mm:360mm:3 --vary beam.y=50mm:330mm:3 -o map.nc",
     (force_option, machine_argument),
-    "Natural frequencies over the bed, the travel, or any figures of a drive.",
 )
 def command(
     drive: Drive | RoutedDrive,

@@ -31,11 +31,7 @@ MODES = Keys(
 )
 
 
-@subcommand(
-    "cabledrive modes elevator --below 20 --plot modes.svg",
-    (saves_answer, machine_argument),
-    "List all natural modes of a drive, certified complete.",
-)
+@subcommand("cabledrive modes elevator --below 20 --plot modes.svg", (saves_answer, machine_argument))
 def command(
     drive: Drive | RoutedDrive,
     below: float | None = opt("Hz", "Every mode below this frequency."),

@@ -16,9 +16,7 @@ ALONE = "belongs to --motion FILE: add that, or leave it out"
 
 
 @subcommand(
-    "cabledrive resonance dissertation-2 --torque 10mN*m --map map.html",
-    (saves_answer, machine_argument),
-    "Distance of DRIVE from the 1:2 internal resonance, threshold torques and remedies.",
+    "cabledrive resonance dissertation-2 --torque 10mN*m --map map.html", (saves_answer, machine_argument)
 )
 def command(
     drive: Drive | RoutedDrive,

@@ -16,9 +16,7 @@ LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
 
 
 @subcommand(
-    "cabledrive response log.csv --input torque --response angle --differentiate --json",
-    (saves_answer,),
-    "Measure a frequency response from a log.",
+    "cabledrive response log.csv --input torque --response angle --differentiate --json", (saves_answer,)
 )
 def command(
     log: str = argument("LOG"),

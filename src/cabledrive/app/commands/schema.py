@@ -9,11 +9,7 @@ from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.version import __version__
 
 
-@subcommand(
-    "cabledrive schema -o drive.schema.json",
-    (saves_answer,),
-    "The JSON Schema of the drive file, or of what a command answers.",
-)
+@subcommand("cabledrive schema -o drive.schema.json", (saves_answer,))
 def command(of: str | None = opt("COMMAND", "Of the JSON object that this command prints.")) -> Answer:
     """Print the JSON Schema of the drive file, for editors, or of what a command answers with --json."""
     found = drive_schema()

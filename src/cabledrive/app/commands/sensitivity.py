@@ -12,11 +12,7 @@ SOBOL = "Saltelli (first) and Jansen (total) estimators, percentile bootstrap ov
 MORRIS = "elementary effects of Morris' paths, percentile bootstrap over paths"
 
 
-@subcommand(
-    "cabledrive sensitivity campaign.zarr --output 'longitudinal_hz[0]'",
-    (),
-    "Sobol indices of a result of a sweep, or Morris' effects, with intervals.",
-)
+@subcommand("cabledrive sensitivity campaign.zarr --output 'longitudinal_hz[0]'")
 def command(
     store: str = argument("STORE.zarr", type=click.Path()),
     output: str = opt("NAME", 'Such as "longitudinal_hz[0]".', required=True),

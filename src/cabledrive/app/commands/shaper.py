@@ -12,11 +12,7 @@ METHOD = (
 )
 
 
-@subcommand(
-    "cabledrive shaper resonances_x.csv --plot shaper_x.svg",
-    (saves_answer,),
-    "Choose the input shaper of a printer's axis from its resonance test.",
-)
+@subcommand("cabledrive shaper resonances_x.csv --plot shaper_x.svg", (saves_answer,))
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @option(
     "--axis",

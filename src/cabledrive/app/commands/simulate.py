@@ -39,7 +39,6 @@ _NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", 
     "cabledrive simulate dissertation-2 --duration 1 --torque-amplitude 0.02 --torque-frequency 81.7 "
     "--pluck-upper '1 mm' -o run.nc",
     (force_option,),
-    "Integrate the nonlinear cable loop in time.",
 )
 @option("-o --output", ".nc", "Write everything to RUN.nc (NetCDF).", metavar="RUN.nc")
 @machine_argument

@@ -23,11 +23,7 @@ QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
 SERVED = "no input has changed: results of the finished study"
 
 
-@subcommand(
-    "cabledrive study dissertation-3 --quick -o study",
-    (partial(axis_argument, chainless=True),),
-    "From a drive file and logs to a controller with a verdict.",
-)
+@subcommand("cabledrive study dissertation-3 --quick -o study", (partial(axis_argument, chainless=True),))
 def command(
     drive: Drive | RoutedDrive,
     no_chain: str | None,

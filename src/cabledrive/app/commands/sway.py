@@ -13,7 +13,6 @@ NOTE = "Steady state across the plane of the machine; ropes touch nothing, the b
 @subcommand(
     "cabledrive sway lift-2-to-1 --building 0.2Hz --amplitude 50mm --vary car.y=2m:38m",
     (saves_answer, machine_argument),
-    "How far the ropes of DRIVE move across in a building that sways.",
 )
 def command(
     drive: Drive | RoutedDrive,

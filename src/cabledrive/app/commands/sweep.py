@@ -29,11 +29,7 @@ class Part(click.ParamType):  # type: ignore[type-arg]
         return int(found[1]), int(found[2])
 
 
-@subcommand(
-    "cabledrive sweep campaign.toml -o campaign.zarr --workers 2",
-    (force_option,),
-    "Compute many variants of a drive into one labelled store.",
-)
+@subcommand("cabledrive sweep campaign.toml -o campaign.zarr --workers 2", (force_option,))
 def command(
     spec: str = argument("SPEC.toml", type=click.Path()),
     output: str = opt(

@@ -9,9 +9,7 @@ METHOD = "share of the rows; conditional yield in twenty parts along each key; C
 
 
 @subcommand(
-    "cabledrive tolerance campaign.zarr --goal 'longitudinal_hz[0] > 5.5 Hz' --target 0.95",
-    (saves_answer,),
-    "Yield of a sweep against goals; which key must be tighter, by how much.",
+    "cabledrive tolerance campaign.zarr --goal 'longitudinal_hz[0] > 5.5 Hz' --target 0.95", (saves_answer,)
 )
 def command(
     store: str = argument("STORE.zarr", type=click.Path()),

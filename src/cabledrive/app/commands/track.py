@@ -37,7 +37,6 @@ METHOD = "inertias and links in steps of second order between samples, friction 
 @subcommand(
     "cabledrive track dissertation-3 --controller darc-4 --seed 7",
     (saves_answer, partial(axis_argument, winches=True)),
-    "Follow pulses with a control law on the virtual rig.",
     names=lambda: {"Control laws": listed_laws()},
 )
 @option(
