@@ -59,61 +59,52 @@ def control_page(request: Request) -> Response:
 def control_part(request: Request) -> Response:
     """Runs of all laws that are chosen."""
     desk: Desk = request.app.state.desk
-    state = state_of(request.url.query, desk.first)
     try:
-        drive = drive_of(desk.library, state)
+        return JSONResponse(_runs(request, desk, state_of(request.url.query, desk.first)))
     except (InputRefused, NotComputed) as refusal:
         return JSONResponse({"refusal": str(refusal)})
-    try:
-        axis = request.query_params.get("axis", "")[:60] or None
-        if isinstance(drive, RoutedDrive) or axis is not None:
-            from cabledrive.reduction.network_axis import as_axis
 
+
+def _runs(request: Request, desk: Desk, state: State) -> dict[str, Any]:
+    """Curves and figures of the laws, or why none can run here."""
+    drive, axis = drive_of(desk.library, state), request.query_params.get("axis", "")[:60] or None
+    if isinstance(drive, RoutedDrive) or axis is not None:
+        from cabledrive.reduction.network_axis import as_axis
+
+        try:
+            drive = as_axis(drive, axis)
+        except (InputRefused, NotComputed) as refusal:
+            return {"none_here": f"{NONE_HERE}: {refusal}."}
+    if drive.sensors is None or drive.sensors.sample_rate is None or drive.motor is None:
+        return {"none_here": f"{NONE_HERE}: its file has no motor or no sample rate."}
+    motion, options, words = _setting(request)
+    words = [*words, *([f"--axis={axis}"] if axis else [])]
+    laws = _laws(request, offered(drive, Disturbances()))
+    bandwidths = {law: None if law in OPEN_LOOPS else _bandwidth(request, law) for law in laws}
+    setting: dict[str, Any] = {
+        "motion": motion,
+        "options": options,
+        "plant": request.query_params.get("plant") or None,
+    }
+    runs: dict[str, Tracking] = {}
+    refused: list[str] = []
+    with _ONE_AT_A_TIME:
+        for law, bandwidth in bandwidths.items():
             try:
-                drive = as_axis(drive, axis)
+                found = track(drive, controller=law, bandwidth=bandwidth, **setting)
+                assert isinstance(found, Tracking)
+                runs[law] = found
             except (InputRefused, NotComputed) as refusal:
-                return JSONResponse({"none_here": f"{NONE_HERE}: {refusal}."})
-        if drive.sensors is None or drive.sensors.sample_rate is None or drive.motor is None:
-            return JSONResponse({"none_here": f"{NONE_HERE}: its file has no motor or no sample rate."})
-        motion, options, words = _setting(request)
-        words = [*words, *([f"--axis={axis}"] if axis else [])]
-        laws = _laws(request, offered(drive, Disturbances()))
-        bandwidths = {law: None if law in OPEN_LOOPS else _bandwidth(request, law) for law in laws}
-        plant = request.query_params.get("plant") or None
-        runs: dict[str, Tracking] = {}
-        refused: list[str] = []
-        with _ONE_AT_A_TIME:
-            for law, bandwidth in bandwidths.items():
-                try:
-                    found = track(
-                        drive,
-                        controller=law,
-                        bandwidth=bandwidth,
-                        plant=plant,
-                        motion=motion,
-                        options=options,
-                    )
-                    assert isinstance(found, Tracking)
-                    runs[law] = found
-                except (InputRefused, NotComputed) as refusal:
-                    refused.append(f"{law}: {refusal}")
-    except (InputRefused, NotComputed) as refusal:
-        return JSONResponse({"refusal": str(refusal)})
+                refused.append(f"{law}: {refusal}")
     common = {words.partition(": ")[2] for words in refused}
     if not runs and len(common) == 1:
-        return JSONResponse({"none_here": f"{NONE_HERE}: {common.pop()}."})
+        return {"none_here": f"{NONE_HERE}: {common.pop()}."}
     lines = [
-        command_line(
-            desk.library,
-            state,
-            "track",
-            f"--controller={law}",
-            *([] if bandwidth is None else [f"--bandwidth={bandwidth:g}"]),
-            *words,
-        )
+        command_line(desk.library, state, "track", f"--controller={law}", *own, *words)
         for law, bandwidth in bandwidths.items()
+        for own in [[] if bandwidth is None else [f"--bandwidth={bandwidth:g}"]]
     ]
-    return JSONResponse({"refused": refused, "command": "; ".join(lines), "query": state.query} | _seen(runs))
+    return {"refused": refused, "command": "; ".join(lines), "query": state.query} | _seen(runs)
 
 
 def control_best(request: Request) -> Response:
@@ -205,14 +196,8 @@ def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
                 "amplitude": _finite(np.maximum(amplitude[part], LEAST)),
             }
         )
-    keys = (
-        "peak_error_deg",
-        "rms_error_deg",
-        "peak_torque",
-        "saturated_fraction",
-        "theory_bound_deg",
-        "within_bound",
-    )
+    keys = ["peak_error_deg", "rms_error_deg", "peak_torque"]
+    keys += ["saturated_fraction", "theory_bound_deg", "within_bound"]
     rows = [
         {
             "law": law,
