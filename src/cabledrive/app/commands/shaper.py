@@ -7,10 +7,6 @@ from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.route.drive import RoutedDrive
 
-METHOD = (
-    "types, remaining vibration and score as Klipper defines them; partial fractions of modes for damping"
-)
-
 
 @subcommand("cabledrive shaper resonances_x.csv --plot shaper_x.svg", (saves_answer,))
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
@@ -44,12 +40,10 @@ def command(
     logs of one axis are several places of the head; the worst counts.
     """
     from cabledrive.app.shaper_answer import printer_data, printer_text, shaper_data, shaper_text
-    from cabledrive.identification.printer import shaper
+    from cabledrive.identification.printer import printer, shaper
+    from cabledrive.report.printer_page import METHOD, printer_html, shaper_picture
 
     if page is not None:
-        from cabledrive.identification.printer import printer
-        from cabledrive.report.printer_page import printer_html
-
         if axis is not None or plot is not None:
             raise InputRefused("--page sorts the logs by their names: leave --axis and --plot out")
         whole = printer(logs, **design)
@@ -61,8 +55,6 @@ def command(
         raise InputRefused("--machine is for --page: add it, or leave --machine out")
     found = shaper(logs, axis=axis, **design)  # type: ignore[arg-type]
     if plot is not None:
-        from cabledrive.report.printer_page import shaper_picture
-
         plot.write(shaper_picture(found, plot.path.suffix[1:]))
     return Answer(data=shaper_data(found), text=shaper_text(found), provenance=provenance(method=METHOD))
 
