@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import cabledrive as cd
@@ -98,6 +99,16 @@ def at_detunings(drive, transverse, pulley):
     wanted = np.sqrt(forcing**2 / 4 + forcing * transverse)
     tension = brentq(lambda t: at_pretension(model, t).transverse[0] - wanted, 1.0, 8.0)
     return replace(drive, cable=replace(drive.cable, pretension=tension)), forcing
+
+
+def floquet(stiffness, damping, period):
+    """Largest multiplier of a'' + damping a' + stiffness(t) a = 0 over a period."""
+
+    def rates(t, y):
+        return [y[1], -damping * y[1] - stiffness(t) * y[0], y[3], -damping * y[3] - stiffness(t) * y[2]]
+
+    end = solve_ivp(rates, (0, period), [1, 0, 0, 1], rtol=1e-12, atol=1e-14, method="DOP853").y[:, -1]
+    return np.max(np.abs(np.linalg.eigvals(end.reshape(2, 2))))
 
 
 def real(state):

@@ -1,7 +1,6 @@
 """What mechanics demands of every list of modes: limits, scaling, interlacing, and lists that agree."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from machines import machine, uneven_machine
 
 import cabledrive as cd
 from cabledrive.mechanics import rest_state
-from cabledrive.modal import longitudinal_modes
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.modal.networks import network_of_drive
 from cabledrive.modal.spectrum import Spectrum
@@ -169,16 +167,6 @@ def test_below_a_mode_leaves_it_out_and_above_takes_it_in():
     at = cd.modes(drive, below=float(fundamental))
     assert at.certified
     assert at.certificate.below <= fundamental
-
-
-def test_longitudinal_modes_of_a_route_below_a_frequency_are_the_first_of_its_list():
-    """Between two modes, and at a mode, where the count would depend on the last digit: just below it."""
-    printer = cd.load_drive(Path(__file__).parent.parent / "parameters" / "routes" / "printer.toml")
-    listed = [mode.frequency for mode in longitudinal_modes(printer, count=5)]
-    between = longitudinal_modes(printer, below=0.5 * (listed[2] + listed[3]))
-    np.testing.assert_allclose([mode.frequency for mode in between], listed[:3], rtol=1e-12)
-    at = longitudinal_modes(printer, below=listed[2])
-    assert len(at) == 2 + (listed[1] == listed[2])
 
 
 def test_a_count_of_thousands_of_heavy_strings_is_that_of_their_travel_times():

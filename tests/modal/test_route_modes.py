@@ -85,15 +85,6 @@ def test_a_running_string_between_held_ends(share):
     np.testing.assert_allclose(listed, expected, rtol=1e-12)
 
 
-def test_kinetic_shares_of_a_mode_are_one_and_the_x_mode_moves_the_head():
-    for mode in cd.modes(route("corexy", "head.x=0.21"), below=140.0).longitudinal:
-        assert sum(mode.kinetic_shares.values()) == pytest.approx(1.0, abs=1e-9)
-    first, second = cd.modes(route("corexy", "head.x=0.21"), below=140.0).longitudinal
-    assert first.kinetic_shares["beam.y"] > 0.25
-    assert second.kinetic_shares["head.x"] > 0.25
-    assert abs(first.kinetic_shares.get("head.x", 0.0)) < 0.01
-
-
 def test_strain_energy_is_kinetic_energy():
     """What springs, turning bodies and spans store in a mode is what moves in it, row by row."""
     for name in ("printer", "serpentine", "finger"):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
 from cabledrive.simulation.channels import width_of
@@ -59,11 +59,7 @@ def true_motion(
     ``motion``: its pretension, carriages and load torque stand still; ``floor`` [m]; ``modes``: number of
     sines of each stretch that get the floor; ``highest``: highest frequency of interest, for the records
     [Hz]; ``rng``: of the phases; ``starts``: instants as shares of the motion; ``segments``: per span.
-    Raises `InputRefused` if the motion changes pretension, carriages or load torque: the model is cut for
-    one.
     """
-    if motion.changes:
-        raise InputRefused("motion: pretension, carriage and load_torque must stand still on the full model")
     stretches = _stretches(drive)
     case = case_of(
         drive,

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
@@ -28,7 +27,7 @@ from cabledrive.reduction.threshold import (
 )
 from cabledrive.reduction.transverse_sections import fourth_power_of_slope, squared_slope, stretch_by
 from cabledrive.reduction.uniform_tension import uniform_tension_model
-from resonance_samples import TUNED, bare_model, damped
+from resonance_samples import TUNED, bare_model, damped, floquet
 
 
 def test_coefficients_of_configuration_2_per_pretensioned_metre():
@@ -120,14 +119,7 @@ def test_steady_load_tunes_one_span_early_and_the_other_late():
 
 def largest_multiplier(squared, damping, depth, forcing):
     """Of a'' + damping a' + (squared + depth cos(forcing t)) a = 0 over one period of the forcing."""
-
-    def rates(t, y):
-        stiffness = squared + depth * np.cos(forcing * t)
-        return [y[1], -damping * y[1] - stiffness * y[0], y[3], -damping * y[3] - stiffness * y[2]]
-
-    end = solve_ivp(rates, (0, 2 * np.pi / forcing), [1, 0, 0, 1], rtol=1e-12, atol=1e-14, method="DOP853")
-    a, b, c, d = end.y[:, -1]
-    return np.max(np.abs(np.linalg.eigvals([[a, c], [b, d]])))
+    return floquet(lambda t: squared + depth * np.cos(forcing * t), damping, 2 * np.pi / forcing)
 
 
 @pytest.mark.parametrize("seed", range(4))

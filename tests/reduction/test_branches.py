@@ -4,13 +4,22 @@ import numpy as np
 import pytest
 import sympy as sp
 from reproduction.averaged_against_exact import exchange_period, largest_exchange
-from scipy.integrate import solve_ivp
 
 from cabledrive.reduction import averaging
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.continuation import follow_branch
 from cabledrive.reduction.threshold import growth_rates
-from resonance_samples import TUNED, averaged_step, bare_model, complex_of, damped, one_span, real, settings
+from resonance_samples import (
+    TUNED,
+    averaged_step,
+    bare_model,
+    complex_of,
+    damped,
+    floquet,
+    one_span,
+    real,
+    settings,
+)
 
 
 def problem(c):
@@ -210,13 +219,10 @@ def test_elastic_pendulum_swings_up_at_three_quarters_of_its_stroke(measured):
 def floquet_growth(w, length, stroke):
     """Growth of a vanishing swing about the exact vertical oscillation, per time."""
 
-    def rates(t, y):
-        stiffness = 4 * w**2 * (1 - 0.75 * length / (length + stroke * np.cos(2 * w * t)))
-        return [y[1], -stiffness * y[0], y[3], -stiffness * y[2]]
+    def stiffness(t):
+        return 4 * w**2 * (1 - 0.75 * length / (length + stroke * np.cos(2 * w * t)))
 
-    end = solve_ivp(rates, (0, 2 * np.pi / w), [1, 0, 0, 1], rtol=1e-12, atol=1e-14, method="DOP853").y[:, -1]
-    multipliers = np.linalg.eigvals([[end[0], end[2]], [end[1], end[3]]])
-    return np.log(np.max(np.abs(multipliers))) * w / (2 * np.pi)
+    return np.log(floquet(stiffness, 0.0, 2 * np.pi / w)) * w / (2 * np.pi)
 
 
 @pytest.mark.parametrize("second", [False, True])

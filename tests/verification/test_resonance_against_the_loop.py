@@ -1,7 +1,5 @@
 """The exact loop as referee of the resonance theory: envelopes, thresholds, exchange, angular momentum."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,7 +13,7 @@ from reproduction.averaged_against_exact import (
     own_sensitivity,
 )
 
-from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters import Drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
@@ -146,19 +144,16 @@ SETTLED, MEASURED = 7.0, 12.0
 """Growth is fitted between so many decay times 1 / Gamma."""
 
 
-def measured_growth(drive: Drive, torque: float, forcing: float, segments: int = 200) -> float:
+def measured_growth(drive: Drive, torque: float, forcing: float) -> float:
     """Growth rate of a vanishing transverse motion on the exact loop under a steady torque.
 
     The pulleys start with the speed that leaves no mean drift. The midpoint's motion is demodulated at half
     the forcing frequency; window peaks would mislead by some per cent.
 
-    ``drive``: with transverse damping; ``torque`` [N m]; ``forcing``: omega [rad/s]; ``segments``: per span.
+    ``drive``: with transverse damping; ``torque`` [N m]; ``forcing``: omega [rad/s].
     Returns [1/s].
-    Raises `NotComputed` if the cable is undamped: there is nothing to wait for.
     """
     gamma = drive.cable.transverse_damping
-    if gamma == 0.0:
-        raise NotComputed("the growth needs transverse damping: without it the transients do not decay")
     model = autoparametric_model(drive)
     rim_speed = -torque * model.rigid_arm / (model.rigid_mass * forcing)
     result = simulate(
@@ -170,7 +165,7 @@ def measured_growth(drive: Drive, torque: float, forcing: float, segments: int =
             drive_speed=rim_speed / drive.drive_pulley.radius,
             load_speed=rim_speed / drive.load_pulley.radius,
         ),
-        scheme=Scheme(segments=segments),
+        scheme=Scheme(segments=200),
         recording=Recording(rate=16 * forcing / (2 * np.pi)),
     )
     time, motion = result.time, result.midpoint("upper")[:, 2]
@@ -194,24 +189,17 @@ def demodulated(time: Array, signal: Array, omega: float, periods: int = 4) -> t
     return time[starts] + 0.5 * length * interval, 2.0 * np.abs(turned.sum(axis=1)) / weight.sum()
 
 
-def measured_threshold(
-    drive: Drive,
-    predicted: float,
-    forcing: float,
-    shares: Sequence[float] = (1.01, 1.03),
-    segments: int = 200,
-) -> float:
+def measured_threshold(drive: Drive, predicted: float, forcing: float) -> float:
     r"""Torque at which the growth on the exact loop changes sign, from two torques above a prediction.
 
     The growth rate :math:`\lambda` obeys :math:`(\lambda + \Gamma/2)^2 = \mu^2 - D^2` with :math:`\mu`
     proportional to the torque: a straight line over its square, while the rate itself has a corner just
     below the threshold.
 
-    ``predicted`` [N m]; ``forcing``: omega [rad/s]; ``shares``: of the predicted torque, where growth is
-    measured; ``segments``: per span.
+    ``predicted`` [N m]; ``forcing``: omega [rad/s].
     Returns [N m].
     """
-    half = 0.5 * drive.cable.transverse_damping
-    low, high = ((measured_growth(drive, x * predicted, forcing, segments) + half) ** 2 for x in shares)
+    half, shares = 0.5 * drive.cable.transverse_damping, (1.01, 1.03)  # of the predicted torque
+    low, high = ((measured_growth(drive, x * predicted, forcing) + half) ** 2 for x in shares)
     first, second = (x**2 for x in shares)
     return float(predicted * np.sqrt(first + (half**2 - low) * (second - first) / (high - low)))
