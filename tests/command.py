@@ -1,17 +1,16 @@
-"""Running the command `cabledrive` in tests: as a process of its own, and inside this one."""
+"""Running the command `cabledrive` in tests, as a process of its own and inside this one; lines of Python."""
 
 import json
 import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from click.testing import CliRunner, Result
-
-from cabledrive.app.main import main
 
 
 def run(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
@@ -22,6 +21,15 @@ def run(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, **options)
 
 
+def python(code: str, *arguments: str, paths: Iterable[Path | str] = (), **environment: str) -> str:
+    """What lines of Python print in a new process, which finds modules as this one does, and in ``paths``."""
+    known = {"PYTHONPATH": os.pathsep.join(map(str, [*paths, *sys.path]))}
+    command = [sys.executable, "-c", code, *arguments]
+    done = subprocess.run(command, env=os.environ | known | environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 def listening() -> None:
     """In a new process, before it starts: Ctrl-C counts, also where the tests were set to ignore it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -29,6 +37,8 @@ def listening() -> None:
 
 def call(*arguments: str) -> Result:
     """The command inside this process, which is faster; a defect comes through with its traceback."""
+    from cabledrive.app.main import main
+
     result = CliRunner().invoke(main, [*map(str, arguments)], prog_name="cabledrive")
     assert isinstance(result.exception, SystemExit | None), result.exception
     return result

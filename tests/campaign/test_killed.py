@@ -17,7 +17,7 @@ from cabledrive.campaign.engine import Plan, do_alone
 from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store, done_chunks
 from campaign_computations import Dangerous, Sleepy, swept
-from command import object_of, refusal, run
+from command import object_of, python, refusal, run
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and processes of POSIX")
 
@@ -144,8 +144,7 @@ def test_what_workers_are_forked_from_has_loaded_numba_and_started_no_thread():
         "import sys, threading, cabledrive.campaign.loaded_kernels\n"
         "print('cabledrive.mechanics.kernel_cache' in sys.modules, threading.active_count())"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["True", "1"]
+    assert python(code).split() == ["True", "1"]
 
 
 OWN = (

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from cabledrive.mechanics import compiled, kernel_parts
+from command import python
 
 numba = pytest.importorskip("numba")
 pytestmark = pytest.mark.skipif(not compiled.numba_at_hand(), reason="kernels are not compiled here")
@@ -104,15 +105,16 @@ def test_a_process_that_needs_a_kernel_while_another_compiles_it_waits_and_loads
         "def late(*a):\n    print('compiles', flush=True); time.sleep(2); return plain(*a)\n"
         "d._FunctionCompiler.compile = late\n"
     )
+    here = Path(__file__).parent
     script = (
-        f"import sys, pathlib; sys.path[:0] = [{str(Path(__file__).parent)!r}]\n"
+        f"import sys, pathlib; sys.path[:0] = [{str(here)!r}, {str(here.parent)!r}]\n"
         f"from test_kernel_cache import value\nprint(value(pathlib.Path({str(tmp_path)!r})))"
     )
     first = subprocess.Popen([sys.executable, "-c", slow + script], stdout=subprocess.PIPE, text=True)
     assert first.stdout.readline() == "compiles\n"
-    second = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    second = python(script)
     assert first.communicate()[0] == "(42.0, 0)\n"
-    assert second.stdout == "(42.0, 1)\n"
+    assert second == "(42.0, 1)\n"
     assert len(list(tmp_path.iterdir())) == 1, "no claim is left behind"
 
 
@@ -165,12 +167,8 @@ def run(code, cache, before="", **environment):
     """Words that a new process prints after the kernels of this file ran in it."""
     script = cache / "kernels_of_a_test.py"
     script.write_text(KERNELS)
-    paths = os.pathsep.join([str(cache), *sys.path])
-    environment = os.environ | environment | {"PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(cache / "kept")}
-    command = [sys.executable, "-c", f"{before}\nfrom kernels_of_a_test import *\n{code}"]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.split()
+    environment |= {"NUMBA_CACHE_DIR": str(cache / "kept")}
+    return python(f"{before}\nfrom kernels_of_a_test import *\n{code}", paths=[cache], **environment).split()
 
 
 def test_a_part_is_compiled_once_for_all_constants_and_again_only_where_python_calls_it(tmp_path):

@@ -20,8 +20,6 @@ def parabola_sag(drive):
     cable, length = drive.cable, drive.pulley_distance
     weight = cable.stretched_mass_per_length * drive.layout.gravity_across * length
     stiffness = (cable.axial_rigidity + cable.pretension) / 24.0 * weight**2
-    if weight == 0.0:
-        return Sag(0.0, cable.pretension)
     highest = cable.pretension + stiffness ** (1.0 / 3.0)
     tension = root(lambda h: h - cable.pretension - stiffness / h**2, cable.pretension, highest)
     return Sag(weight * length / (8.0 * tension), tension)
@@ -32,8 +30,6 @@ def catenary_sag(drive):
     cable, length = drive.cable, drive.span_length
     weight = cable.mass_per_length * drive.layout.gravity * length
     rigidity = cable.axial_rigidity
-    if weight == 0.0:
-        return Sag(0.0, cable.pretension)
 
     def too_long(tension):
         arc = 2.0 * tension * length / weight * asinh(weight / (2.0 * tension))

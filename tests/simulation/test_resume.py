@@ -29,6 +29,7 @@ from cabledrive.simulation import (
     simulate,
 )
 from cabledrive.simulation.travel import PlannedMove
+from command import python
 
 DRIVE = load_drive("dissertation-2")
 DURATION = 0.05
@@ -164,12 +165,8 @@ for drive, start in runs[: 2 if scheme.method == "node-centred" else 3]:
 @pytest.mark.parametrize("name", ["verlet", "node-centred", "energy-conserving"])
 def test_who_compiles_and_who_loads_what_was_compiled_compute_the_same(tmp_path, name, measured):
     """Else a run that was killed before its kernels were in the cache would not be resumed to the byte."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([os.path.dirname(__file__), *sys.path])}
-    environment["XDG_CACHE_HOME"] = str(tmp_path)
-    command = [sys.executable, "-c", RUN, name]
-    compiled, loaded, again = (
-        subprocess.run(command, env=environment, capture_output=True, check=True).stdout for _ in range(3)
-    )
+    given = {"paths": [Path(__file__).parent], "XDG_CACHE_HOME": str(tmp_path)}
+    compiled, loaded, again = (python(RUN, name, **given) for _ in range(3))
     differ = sum(a != b for other in (loaded, again) for a, b in zip(compiled, other, strict=False))
     measured(
         f"{differ} of {len(compiled):,} hexadecimal digits differ in either of two processes that loaded"

@@ -1,8 +1,5 @@
 """On a machine where numba is not to be had, every method runs in numpy and gives the same."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +8,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.fast_simulation import simulate_fast
 from cabledrive.simulation import Pluck, Scheme, Sine, Start, simulate
+from command import python
 
 DRIVE = cd.load_drive("dissertation-2")
 METHODS = ("verlet", "node-centred", "energy-conserving")
@@ -39,11 +37,7 @@ def every_run():
 
 def test_every_method_gives_the_same_without_numba(measured):
     pytest.importorskip("numba")
-    environment = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    done = subprocess.run(
-        [sys.executable, "-c", HIDDEN], env=environment, capture_output=True, text=True, check=True
-    )
-    lines = done.stdout.split()
+    lines = python(HIDDEN, paths=[Path(__file__).parent]).split()
     assert len(lines) == len(METHODS) + 1
     apart = []
     for line, rows in zip(lines, every_run(), strict=True):
