@@ -9,6 +9,7 @@ from cabledrive.identification.planning import chirp
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.virtual_rig import Imperfections, VirtualRig, log_from, run_rig
 from cabledrive.trajectories.segments import waypoints
+from oracles.axis_catalogue import speed_of_move
 from oracles.axis_plant import move, parameters
 
 TEST = BENCH_TESTS[1]
@@ -47,11 +48,7 @@ def trapezoids(rng, duration):
     top, rise = rng.uniform(6, 12), rng.uniform(100, 150)
     samples, parts = round(duration * RATE), [np.zeros(1)]
     for here, there in distances(rng):
-        way = there - here
-        peak = min(top, np.sqrt(rise * abs(way)))
-        up, flat = peak / rise, abs(way) / peak - peak / rise
-        t = np.arange(0, 2 * up + flat, 1 / RATE)
-        moving = np.sign(way) * np.interp(t, [0, up, up + flat, 2 * up + flat], [0, peak, peak, 0])
+        moving = np.sign(there - here) * speed_of_move(abs(there - here), top, rise)
         parts += [moving, np.zeros(int(rng.uniform(0.05, 0.3) * RATE))]
         if sum(part.size for part in parts) > samples:
             break

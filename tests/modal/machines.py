@@ -9,14 +9,12 @@ from cabledrive.parameters import Cable, Carriage, Drive, Layout, Motor, Pulley
 RADIUS = 0.5  # a power of two: J / r^2 gives back the mass it was made from, to the last bit
 
 
-def machine(rng, contrast=1e6, symmetric=None, most_carriages=6):
+def machine(rng, contrast=1e6):
     """Any drive with a longitudinal chain, one in three of them a symmetric loop."""
-    if symmetric is None:
-        symmetric = rng.random() < 1 / 3
-    return symmetric_loop(rng, contrast) if symmetric else uneven_machine(rng, contrast, most_carriages)
+    return symmetric_loop(rng, contrast) if rng.random() < 1 / 3 else uneven_machine(rng, contrast)
 
 
-def uneven_machine(rng, contrast=1e6, most_carriages=6):
+def uneven_machine(rng, contrast=1e6):
     kind = rng.choice(["loop", "loop", "line"])
     cable = some_cable(rng)
     length = 10 ** rng.uniform(-2, 3)
@@ -27,7 +25,7 @@ def uneven_machine(rng, contrast=1e6, most_carriages=6):
         motor = some_motor(rng, cable, length, scale * spread(rng, contrast), rng.random() < 0.7)
     carriages = []
     for span in ("upper", "lower")[: 2 if kind == "loop" else 1]:
-        places = np.cumsum([spread(rng, contrast) for _ in range(rng.integers(1, most_carriages // 2 + 2))])
+        places = np.cumsum([spread(rng, contrast) for _ in range(rng.integers(1, 5))])
         for place in length * places[:-1] / places[-1]:
             carriages.append(Carriage(mass=scale * spread(rng, contrast), span=span, position=place))
     pulleys = [pulley(scale * spread(rng, contrast), bool(held)) for held in fixed]

@@ -8,7 +8,7 @@ from math import exp, pi
 
 import numpy as np
 
-from oracles.axis_plant import move, parameters
+from oracles.axis_plant import Axis, move, parameters
 
 RATE = 1000.0
 DURATION = 40.0
@@ -24,21 +24,21 @@ FAULTS = {
     "flexible-40": {"resonance": 40.0},
     "flexible-load-friction": {"resonance": 25.0, "load_share": 0.5},
     "backlash": {"resonance": 92.0, "gap": np.radians(1.0)},
-    "stribeck": {"excess": 0.6, "fading": 1.0},
-    "smooth": {"slope": 0.5},
-    "lugre": {"bristle": 3e-3, "excess": 0.3, "fading": 1.0},
-    "cogging": {"cogging": 8e-3, "count": 12},
+    "stribeck": {"stribeck_excess": 0.6, "stribeck_speed": 1.0},
+    "smooth": {"smooth_slope": 0.5},
+    "lugre": {"bristle": 3e-3, "stribeck_excess": 0.3, "stribeck_speed": 1.0},
+    "cogging": {"cogging": 8e-3, "cogging_count": 12},
     "gravity": {"gravity": 0.6},
     "eccentric": {"eccentricity": 2e-3},
     "coloured": {"disturbance": 1.0},
     "quadratic": {"quadratic": 0.5},
     "asymmetric": {"asymmetry": 0.5},
-    "warming": {"drift": -0.4},
+    "warming": {"coulomb_drift": -0.4},
     "load-dependent": {"load_dependence": 0.15},
     "outliers": {"outliers": 7},
     "clipped-sensor": {"clip": 0.75},
 }
-"""Amounts relative to the axis that is drawn: shares of its Coulomb friction, or SI."""
+"""Amounts relative to the axis that is drawn: shares of its frictions, or SI; named as in `Axis` where it has one."""
 
 
 @dataclass(frozen=True)
@@ -114,16 +114,13 @@ def made(truth: Truth, seed: int, duration: float = DURATION) -> Made:
     rng = np.random.default_rng([seed, TRUTHS.index(truth) if truth in TRUTHS else len(TRUTHS)])
     fault, noise = FAULTS[truth.fault], NOISES[truth.noise]
     count = round(duration * RATE)
-    inertia = 1e-3 * 2.0 ** rng.uniform(0.0, 2.0)
-    coulomb = 10.0 * inertia * rng.uniform(1.0, 2.0)
-    viscous = inertia * rng.uniform(0.5, 2.5)
-    offset = 0.2 * coulomb * rng.uniform(-1.0, 1.0)
-    numbers = {"inertia": inertia, "coulomb": coulomb, "viscous": viscous, "offset": offset}
+    inertia, coulomb, *_ = own = drawn_axis(rng)
+    numbers = dict(zip(("inertia", "coulomb", "viscous", "offset"), own, strict=True))
     size = rng.uniform(3.0, 5.0) * coulomb
     reference, command = np.zeros((3, count)), np.zeros(count)
     servo = np.zeros(6)
     if truth.excitation.startswith("servo"):
-        reference = _reference(truth.excitation, rng, count)
+        reference = reference_of(truth.excitation, rng, count)
         omega = 2 * pi * rng.uniform(4.0, 7.0)
         gains = (inertia * omega**2, 1.6 * inertia * omega, 0.0, inertia * rng.choice([0.0, 0.8]))
         servo[:] = [1.0, *gains, 1.0 - exp(-2 * pi * 60.0 / RATE)]
@@ -151,46 +148,38 @@ def made(truth: Truth, seed: int, duration: float = DURATION) -> Made:
     if "clip" in fault:
         most = fault["clip"] * np.abs(logged).max()
         logged = np.clip(logged, -most, most)
-    found = {
-        "inertia": inertia,
-        "viscous_friction": viscous,
-        "coulomb_friction": coulomb,
-        "offset_torque": offset,
-    }
-    return Made(np.arange(count) / RATE, logged, seen, found)
+    return Made(np.arange(count) / RATE, logged, seen, sought(*own))
+
+
+def drawn_axis(rng):
+    """Inertia, Coulomb and viscous friction, offset."""
+    inertia = 1e-3 * 2.0 ** rng.uniform(0.0, 2.0)
+    coulomb, viscous = 10.0 * inertia * rng.uniform(1.0, 2.0), inertia * rng.uniform(0.5, 2.5)
+    return inertia, coulomb, viscous, 0.2 * coulomb * rng.uniform(-1.0, 1.0)
+
+
+def sought(inertia, coulomb, viscous, offset):
+    """What an identification should find, by its names."""
+    found = {"inertia": inertia, "viscous_friction": viscous}
+    return found | {"coulomb_friction": coulomb, "offset_torque": offset}
 
 
 def _plant_fault(fault, numbers, rng):
     """Numbers of the plant that a fault changes."""
-    c, made = numbers["coulomb"], {}
+    c, viscous = numbers["coulomb"], numbers["viscous"]
+    size = {"stribeck_excess": c, "gravity": c, "quadratic": viscous / 10.0, "asymmetry": viscous}
+    made = {name: amount * size.get(name, 1.0) for name, amount in fault.items() if name in Axis._fields}
     if "resonance" in fault:
         total, share = numbers["inertia"], rng.uniform(0.3, 0.5)
         motor, load = (1.0 - share) * total, share * total
         omega = 2 * pi * fault["resonance"]
         stiffness = omega**2 * motor * load / total
         made |= {"inertia": motor, "load_inertia": load, "stiffness": stiffness}
-        made |= {"damping": 0.04 * stiffness / omega, "gap": fault.get("gap", 0.0)}
+        made |= {"damping": 0.04 * stiffness / omega}
         if "load_share" in fault:
             made |= {"coulomb": (1.0 - fault["load_share"]) * c, "load_coulomb": fault["load_share"] * c}
-    if "excess" in fault:
-        made |= {"stribeck_excess": fault["excess"] * c, "stribeck_speed": fault["fading"]}
     if "cogging" in fault:
-        made |= {"cogging": fault["cogging"], "cogging_count": fault["count"]}
         made |= {"cogging_phase": rng.uniform(0.0, 2 * pi)}
-    if "gravity" in fault:
-        made |= {"gravity": fault["gravity"] * c}
-    if "slope" in fault:
-        made |= {"smooth_slope": fault["slope"]}
-    if "bristle" in fault:
-        made |= {"bristle": fault["bristle"]}
-    if "quadratic" in fault:
-        made |= {"quadratic": fault["quadratic"] * numbers["viscous"] / 10.0}
-    if "asymmetry" in fault:
-        made |= {"asymmetry": fault["asymmetry"] * numbers["viscous"]}
-    if "drift" in fault:
-        made |= {"coulomb_drift": fault["drift"]}
-    if "load_dependence" in fault:
-        made |= {"load_dependence": fault["load_dependence"]}
     return made
 
 
@@ -231,13 +220,13 @@ def _open_loop(kind, rng, count):
     return np.concatenate(parts)[:count]
 
 
-def _reference(kind, rng, count):
+def reference_of(kind, rng, count):
     """Angle, speed, acceleration of a reference."""
     speed = np.zeros(count)
     start, here = int(0.2 * RATE), 0.0
     if kind == "servo-periodic":
         top, rise, rest = rng.uniform(6.0, 12.0), rng.uniform(100.0, 150.0), rng.uniform(0.1, 0.25)
-        one = np.concatenate([_move(rng.uniform(2.0, 4.0), top, rise), np.zeros(int(rest * RATE))])
+        one = np.concatenate([speed_of_move(rng.uniform(2.0, 4.0), top, rise), np.zeros(int(rest * RATE))])
         period = np.concatenate([one, -one])
         speed = np.resize(period, count)
     else:
@@ -248,7 +237,7 @@ def _reference(kind, rng, count):
             top, rise = rng.uniform(4.0, 14.0), rng.uniform(60.0, 150.0)
             if kind == "servo-quiet":
                 top, rise = 0.6 * top, 0.4 * rise
-            part = np.sign(there - here) * _move(abs(there - here), top, rise)
+            part = np.sign(there - here) * speed_of_move(abs(there - here), top, rise)
             if kind == "servo-smooth":
                 duration = max(0.1, np.sqrt(abs(there - here) * 7.5 / rise))
                 s = np.arange(0, 1, 1 / (duration * RATE))
@@ -260,7 +249,8 @@ def _reference(kind, rng, count):
     return np.array([angle, speed, np.gradient(speed, 1.0 / RATE)])
 
 
-def _move(way, top, rise):
+def speed_of_move(way, top, rise):
+    """A trapezium of speed over a way, at most so fast and so steep."""
     peak = min(top, np.sqrt(rise * way))
     up, flat = peak / rise, way / peak - peak / rise
     t = np.arange(0.0, 2 * up + flat, 1.0 / RATE)

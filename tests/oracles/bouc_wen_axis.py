@@ -7,7 +7,7 @@ motor sticks and slips by Coulomb's law. Semi-implicit Euler steps of 25 microse
 import numpy as np
 from numba import njit
 
-from oracles.axis_catalogue import DURATION, RATE, Made, _reference
+from oracles.axis_catalogue import DURATION, RATE, Made, drawn_axis, reference_of, sought
 
 STEPS = 40
 """Of a sample."""
@@ -16,23 +16,18 @@ STEPS = 40
 def hysteretic(seed):
     """One log and what an identification should find: the whole inertia, the motor's friction."""
     rng, count = np.random.default_rng([seed, 99]), round(DURATION * RATE)
-    inertia = 1e-3 * 2.0 ** rng.uniform(0.0, 2.0)
-    coulomb = 10.0 * inertia * rng.uniform(1.0, 2.0)
-    viscous = inertia * rng.uniform(0.5, 2.5)
-    offset = 0.2 * coulomb * rng.uniform(-1.0, 1.0)
+    inertia, coulomb, viscous, offset = own = drawn_axis(rng)
     load, omega = rng.uniform(0.3, 0.5) * inertia, 2.0 * np.pi * rng.uniform(15.0, 60.0)
     k = omega**2 * (inertia - load) * load / inertia
     belt = np.array([k, rng.uniform(0.4, 0.8), coulomb / k * rng.uniform(0.5, 3.0), 0.04 * k / omega])
-    reference = _reference("servo-periodic", rng, count)
+    reference = reference_of("servo-periodic", rng, count)
     omega = 2.0 * np.pi * rng.uniform(4.0, 7.0)
     gains = np.array([inertia * omega**2, 1.6 * inertia * omega, inertia])
     quantum = 2.0 * np.pi / (10_000 if seed % 2 else 2600)
     axis = np.array([inertia - load, load, viscous, coulomb, offset])
     angle, torque = _moved(axis, belt, gains, reference, quantum, 1.0 / (RATE * STEPS))
     torque += 0.003 * np.std(torque) * rng.normal(size=count)
-    found = {"inertia": inertia, "viscous_friction": viscous}
-    found |= {"coulomb_friction": coulomb, "offset_torque": offset}
-    return Made(np.arange(count) / RATE, torque, angle, found)
+    return Made(np.arange(count) / RATE, torque, angle, sought(*own))
 
 
 @njit(cache=True)
