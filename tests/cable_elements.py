@@ -5,6 +5,7 @@ method on the potential energy of a Hookean cable finds the rest; second differe
 rest, with the masses, give every small motion: in the plane of gravity (x along, y down) and out of it.
 """
 
+from dataclasses import replace
 from itertools import pairwise
 from math import cos, pi, radians, sin
 
@@ -33,7 +34,7 @@ def _basis(degree):
 
 
 class Model:
-    """A drive without flexible joint, in elements."""
+    """A drive in elements."""
 
     def __init__(self, drive, per_stretch=6, degree=DEGREE):
         self.drive, self.basis = drive, _basis(degree)
@@ -172,25 +173,42 @@ class Model:
         return self
 
     def frequencies(self, count):
-        """Lowest frequencies [Hz] in the plane, their share of motion along, and out of the plane."""
-        drive = self.drive
+        """Lowest frequencies [Hz] in the plane and out of it."""
+        drive, motor = self.drive, self.drive.motor
         _, tangent, outward, mass = self.assemble(self.rest)
         matrix, place = self.maps(drive.drive_pulley.fixed, drive.load_pulley.fixed)
-        big = np.kron(mass, np.eye(2))
-        m, k = matrix.T @ big @ matrix, matrix.T @ tangent @ matrix
-        rotor = drive.motor.inertia / drive.drive_pulley.radius**2 if drive.motor else 0.0
-        for name, extra in (
-            ("drive", drive.drive_pulley.rim_mass + rotor),
-            ("load", drive.load_pulley.rim_mass),
-        ):
+        m, k = matrix.T @ np.kron(mass, np.eye(2)) @ matrix, matrix.T @ tangent @ matrix
+        for name, pulley in zip(("drive", "load"), drive.pulley, strict=True):
             if name in place:
-                m[place[name], place[name]] += extra
-        values, shapes = eigh(k, m, subset_by_index=[0, min(count, len(m)) - 1])
-        moved = matrix @ shapes
-        across = np.einsum("ik,ij,jk->k", moved[1::2], mass, moved[1::2])
+                m[place[name], place[name]] += pulley.rim_mass
+        if motor:
+            rotor, square = place["drive"], drive.drive_pulley.radius**2
+            if motor.joint_stiffness:
+                m, k = (np.pad(own, (0, 1)) for own in (m, k))
+                ends = np.ix_([rotor, len(m) - 1], [rotor, len(m) - 1])
+                k[ends] += motor.joint_stiffness / square * np.array([[1.0, -1.0], [-1.0, 1.0]])
+                rotor = len(m) - 1
+            m[rotor, rotor] += motor.inertia / square
+            k[rotor, rotor] += (motor.holding_stiffness or 0.0) / square
+        inside = eigh(k, m, eigvals_only=True, subset_by_index=[0, min(count, len(m)) - 1])
         free = np.setdiff1d(np.arange(self.count), self.held_y)
         out = eigh(outward[np.ix_(free, free)], mass[np.ix_(free, free)], eigvals_only=True)[:count]
-        return np.sqrt(np.maximum(values, 0)) / (2 * pi), 1.0 - across, np.sqrt(out) / (2 * pi)
+        return np.sqrt(np.maximum(inside, 0.0)) / (2 * pi), np.sqrt(out) / (2 * pi)
+
+
+def on_small_pulleys(drive):
+    """The drive on pulleys so small that sag leaves the rope at the tangent point of a straight one."""
+    shares = [(SMALL / pulley.radius) ** 2 for pulley in drive.pulley]
+    pulleys = (
+        replace(pulley, radius=SMALL, inertia=share * pulley.inertia)
+        for pulley, share in zip(drive.pulley, shares, strict=True)
+    )
+    motor = drive.motor
+    if motor:
+        scaled = ("inertia", "joint_stiffness", "holding_stiffness")
+        own = {name: shares[0] * getattr(motor, name) for name in scaled if getattr(motor, name) is not None}
+        motor = replace(motor, **own)
+    return replace(drive, pulley=tuple(pulleys), motor=motor)
 
 
 def random_machine(rng, *, vertical=False, heaviest=1.0, most=2, deepest=0.2):

@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from parts import by_multiplicity
-from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import j0, j1, y0, y1
 
 import cabledrive as cd
-from cable_elements import Model, random_machine
-from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import gradients, mesh_of
-from cabledrive.mechanics.statics import equilibrium
+from cable_elements import Model, on_small_pulleys, random_machine
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
 from cabledrive.modal.rows import MASS
@@ -108,15 +104,29 @@ def test_phase_count_of_the_heavy_string_agrees_with_its_determinant(ropes, meas
     assert wrong == 0, f"{wrong} of {counts}"
 
 
+def drawn(seed):
+    return random_machine(np.random.default_rng(1000 + seed), vertical=seed % 3 == 0)
+
+
 @pytest.mark.parametrize(
-    "machines", [4, pytest.param(100, marks=pytest.mark.verify)], ids=["a part", "the whole"]
+    ("machines", "make"),
+    [
+        (range(4), drawn),
+        pytest.param(range(100), drawn, marks=pytest.mark.verify),
+        pytest.param(
+            packaged_drives("loop", "line"),
+            lambda name: on_small_pulleys(cd.load_drive(name)),
+            marks=pytest.mark.verify,
+        ),
+    ],
+    ids=["a part", "the whole", "packaged"],
 )
-def test_modes_at_rest_are_those_of_finite_elements_of_the_exact_cable(machines, measured):
-    """100 random lines and loops, inclined, loaded, sagging to a fifth: both planes."""
+def test_modes_at_rest_are_those_of_finite_elements_of_the_exact_cable(machines, make, measured):
+    """Random lines and loops, inclined, loaded, sagging to a fifth, and the packaged ones: both planes."""
     worst = 0.0
-    for seed in range(machines):
-        drive = random_machine(np.random.default_rng(1000 + seed), vertical=seed % 3 == 0)
-        inside, _, out = Model(drive, per_stretch=8, degree=9).solve().frequencies(14)
+    for one in machines:
+        drive = make(one)
+        inside, out = Model(drive, per_stretch=8, degree=9).solve().frequencies(14)
         found = cd.modes(drive, below=float(min(inside[8], out[8])) * 0.999)
         assert found.certified, found.certified_reason
         for truth, own in (
@@ -126,7 +136,7 @@ def test_modes_at_rest_are_those_of_finite_elements_of_the_exact_cable(machines,
             listed = by_multiplicity(own)
             assert np.sum(truth < found.certificate.below) == listed.size
             worst = max(worst, np.abs(listed / truth[: listed.size] - 1).max(initial=0.0))
-    measured(f"{machines} machines, largest deviation {worst:.1e}")
+    measured(f"{len(machines)} machines, largest deviation {worst:.1e}")
     assert worst < 1e-6, f"{worst:.1e}"
 
 
@@ -151,77 +161,3 @@ def test_slack_section_is_not_listed_and_the_word_certified_is_withdrawn():
     assert not found.certified
     assert "hangs slack at rest" in found.certified_reason
     assert any("hangs slack" in line for line in found.warnings)
-
-
-# --- The packaged drives against small motions of the simulated loop about its rest
-COUNT = 5
-
-
-def frequencies_of_the_loop(drive, segments):
-    """Small motions of the divided cable about the rest of ``--from-equilibrium``: in the plane, and across.
-
-    The tangent of the exact law at rest and the masses of the nodes are what the time steps integrate.
-    """
-    mesh, law = mesh_of(drive, segments), cable_law(drive.cable, "exact")
-    rest = equilibrium(mesh, law, hold="drive").displacement
-    tangent = law.stiffness_matrix(*gradients(mesh, rest)) / mesh.spacing[:, None, None]
-    nodes = mesh.nodes - mesh.closed
-    springs = np.zeros((3 * nodes, 3 * nodes))
-    for i, block in enumerate(tangent):
-        a, b = 3 * i + np.arange(3), 3 * ((i + 1) % nodes) + np.arange(3)
-        springs[np.ix_(a, a)] += block
-        springs[np.ix_(b, b)] += block
-        springs[np.ix_(a, b)] -= block
-        springs[np.ix_(b, a)] -= block
-    mass = np.repeat(mesh.mass[:nodes], 3)
-    mass[::3] = mesh.axial_mass[:nodes]
-    free = np.repeat(mesh.sways[:nodes], 3)
-    free[::3] = True
-    for rim, shaft in zip(mesh.rims, mesh.shafts, strict=False):
-        free[3 * rim] = not shaft.fixed
-    springs, mass, free = np.pad(springs, (0, 1)), np.append(mass, 1.0), np.append(free, False)
-    if mesh.joint:
-        square = mesh.shafts[0].radius ** 2
-        ends = [0, 3 * nodes]
-        springs[np.ix_(ends, ends)] += mesh.joint.stiffness / square * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        mass[-1], free[-1] = mesh.shafts[2].rim_mass, True
-    motor = drive.motor
-    if motor is not None and motor.holding_stiffness is not None:
-        rotor = 3 * nodes if mesh.joint else 0
-        springs[rotor, rotor] += motor.holding_stiffness / mesh.shafts[0].radius ** 2
-
-    def lowest(chosen):
-        chosen = chosen[free[chosen]]
-        square = eigh(
-            springs[np.ix_(chosen, chosen)], np.diag(mass[chosen]), eigvals_only=True, subset_by_index=[0, 39]
-        )
-        return np.sqrt(np.maximum(square, 0.0)) / (2 * np.pi)
-
-    everything = np.arange(mass.size)
-    across = everything[everything % 3 == 1]
-    return lowest(np.setdiff1d(everything, across)), lowest(across)
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize("name", packaged_drives("loop", "line"))
-def test_every_listed_frequency_is_one_of_the_loop(name, measured):
-    """By the error of the loop's own segments, halved once."""
-    drive = cd.load_drive(name)
-    found = cd.modes(drive, count=COUNT)
-    top = min(found.modes[-1].frequency, 1.2 * found.transverse[-1].frequency)
-    segments = 48
-    coarse, fine = frequencies_of_the_loop(drive, segments), frequencies_of_the_loop(drive, 2 * segments)
-    worst = 0.0
-    for mode in found.modes:
-        if mode.frequency > top:
-            continue
-        plane = 1 if mode.plane == "v" else 0
-        place = int(np.argmin(np.abs(fine[plane] - mode.frequency)))
-        limit = fine[plane][place] + (fine[plane][place] - coarse[plane][place]) / 3
-        scheme = abs(fine[plane][place] - coarse[plane][place])
-        error = abs(limit - mode.frequency)
-        worst = max(worst, error / mode.frequency)
-        allowed = scheme + 1e-6 * mode.frequency
-        assert error <= allowed, f"{mode.frequency:.8g} Hz, {mode.kind} {mode.plane}: loop {limit:.8g} Hz"
-    warned = f", with {len(found.warnings)} warnings" if found.warnings else ""
-    measured(f"{name}: largest deviation {worst:.1e}{warned}")

@@ -38,7 +38,7 @@ FAULTS = {
     "outliers": {"outliers": 7},
     "clipped-sensor": {"clip": 0.75},
 }
-"""Amounts relative to the axis that is drawn: shares of its frictions, or SI; named as in `Axis` where it has one."""
+"""Amounts relative to the axis drawn: shares of its frictions, or SI; under the names that `Axis` has."""
 
 
 @dataclass(frozen=True)
