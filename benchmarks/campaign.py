@@ -75,7 +75,7 @@ def modes(folder: Path) -> str:
 
 
 def thresholds(folder: Path) -> str:
-    spec = VARIED.replace("DRIVE", "dissertation-2").replace("ROWS", "100000")
+    spec = VARIED.replace("DRIVE", "dissertation-2").replace("ROWS", "2000")
     return command_line("thresholds", spec + 'what = "resonance"\n', folder)
 
 

@@ -228,45 +228,6 @@ def test_rows_at_once_and_rows_one_by_one_are_the_same(sweep, monkeypatch):
             assert at_once[same].values.tolist() == singly[same].values.tolist()
 
 
-RESONANCES = """
-drive = "DRIVE"
-[vary]
-"cable.pretension" = { from = "2 N", to = "40 N", scale = "log" }
-"cable.mass_per_length" = { from = "0.1 g/m", to = "3 g/m", scale = "log" }
-"pulley.0.inertia" = { from = "0.1 kg cm^2", to = "100 kg cm^2", scale = "log" }
-"pulley.1.viscous_friction" = { from = 0.0, to = 0.01 }
-"cable.transverse_damping" = { values = [0.0, 1.0, 4.0] }
-"compute.torque" = { from = 0.0, to = 1.0 }
-[design]
-kind = "random"
-rows = 24
-[compute]
-what = "resonance"
-"""
-
-
-@pytest.mark.parametrize("name", ["dissertation-1", "dissertation-2", "dissertation-3"])
-def test_thresholds_at_once_equal_those_of_the_single_command(name, tmp_path, measured, monkeypatch):
-    """Masses, damping and torque far from the drive's own, light drive pulleys, spans that sag."""
-    spec = spec_of(tomllib.loads(RESONANCES.replace("DRIVE", name)), tmp_path)
-    at_once = compute_rows(spec, 0, 24)
-    assert spec.computation.many(spec, spec.values(0, 24))[0].all()
-    monkeypatch.setattr(type(spec.computation), "many", lambda *given: None)
-    singly = compute_rows(spec, 0, 24)
-    largest = 0.0
-    for output in spec.computation.outputs:
-        one, other = at_once[output.name], singly[output.name]
-        if output.kind == "text":
-            assert one.tolist() == other.tolist()
-            continue
-        np.testing.assert_array_equal(np.isnan(one), np.isnan(other))
-        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-13 if output.name == "detuning" else 0.0)
-        largest = max(
-            largest, float(np.nanmax(np.abs(one - other) / np.maximum(np.abs(other), 1e-3), initial=0))
-        )
-    measured(f"largest relative difference of a number of `resonance`: {largest:.1e}")
-
-
 def test_keys_of_a_machine_with_routes_are_varied_by_name_and_its_head_is_moved(sweep):
     text = 'drive = "corexy"\n[vary]\n"head.x" = { values = ["10 cm", "20 cm", "9 m"] }\n'
     text += '"body.head.mass" = { values = ["0.3 kg", "0.4 kg", "0.4 kg"] }\n[design]\nkind = "list"\n'

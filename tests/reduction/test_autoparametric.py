@@ -10,11 +10,9 @@ from scipy.optimize import brentq
 
 import cabledrive as cd
 from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.modal.batch import LoopBatch
 from cabledrive.modal.tuning import pulley_mode, section_modes
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.oscillators import many_models, pulley_modes, spans_at_rest
 from cabledrive.reduction.threshold import (
     coulomb_onset_torque,
     critical_pumping,
@@ -189,60 +187,6 @@ def test_coulomb_friction_at_the_load_asks_for_180_times_its_torque():
     load = replace(TUNED.load_pulley, coulomb_friction=1e-4)
     model = autoparametric_model(replace(TUNED, pulley=(TUNED.drive_pulley, load)))
     assert coulomb_onset_torque(model) == pytest.approx(180e-4, rel=5e-3)
-
-
-def test_many_loops_in_closed_form_are_each_the_model_of_one():
-    """Gravity lets the spans sag, the motor stands behind a joint; many models have no stiffening."""
-    drives = [cd.load_drive("dissertation-3", overrides=own) for own in VARIED]
-    found = many_models(
-        loops := batch_of(drives),
-        pulley_modes(loops, np.array([pulley_mode(drive).omega for drive in drives])),
-        spans_at_rest(loops),
-    )
-    for lane, drive in enumerate(drives):
-        one = autoparametric_model(drive, at_rest=True)
-        assert found.transverse[0, lane] == pytest.approx(one.transverse[0], rel=1e-9)
-        acceleration = abs(one.coupling[0]) / one.transverse_mass[0]
-        assert abs(found.coupling[0, lane]) == pytest.approx(acceleration, rel=1e-5)
-        for name in ("natural", "modal_mass", "modal_damping", "torque_arm", "rigid_mass", "rigid_damping"):
-            assert getattr(found, name)[lane] == pytest.approx(getattr(one, name), rel=1e-9), name
-        assert found.cross_damping[lane] == pytest.approx(one.cross_damping, rel=1e-9)
-        assert found.slack_amplitude[lane] == pytest.approx(one.slack_amplitude, rel=1e-6)
-
-
-VARIED = [
-    ["layout.gravity=9.81", f"cable.pretension={pull}", f"pulley.1.inertia={inertia}"]
-    for pull, inertia in ((4.0, 2e-5), (9.0, 8e-5), (30.0, 4e-4))
-]
-
-
-def batch_of(drives):
-    """The drives as arrays, number by number of their files."""
-    motor, pulleys = [drive.motor for drive in drives], list(zip(*(d.pulley for d in drives), strict=True))
-
-    def numbers(parts, name):
-        return np.array([getattr(part, name) or 0.0 for part in parts])
-
-    cables = [drive.cable for drive in drives]
-    return LoopBatch(
-        rigidity=numbers(cables, "axial_rigidity"),
-        density=numbers(cables, "mass_per_length"),
-        pretension=numbers(cables, "pretension"),
-        length=numbers(drives, "span_length"),
-        transverse_damping=numbers(cables, "transverse_damping"),
-        axial_damping=numbers(cables, "axial_damping"),
-        radius=tuple(numbers(own, "radius") for own in pulleys),
-        inertia=tuple(numbers(own, "inertia") for own in pulleys),
-        viscous=tuple(numbers(own, "viscous_friction") for own in pulleys),
-        motor_inertia=numbers(motor, "inertia"),
-        motor_viscous=numbers(motor, "viscous_friction"),
-        joint_stiffness=numbers(motor, "joint_stiffness"),
-        joint_damping=numbers(motor, "joint_damping"),
-        holding_stiffness=numbers(motor, "holding_stiffness"),
-        flexible=motor[0].joint_stiffness is not None,
-        held=motor[0].holding_stiffness is not None,
-        gravity_across=drives[0].layout.gravity_across,
-    )
 
 
 def test_a_held_motor_takes_its_share_of_the_strain_and_damps_nothing():

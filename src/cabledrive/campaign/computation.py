@@ -176,10 +176,9 @@ class NamedComputation:
 
         Which rows fit and are done, and their outputs; None: no campaign for this. Values in SI.
         """
-        from cabledrive.campaign import columns
+        from cabledrive.campaign.columns import many_modes
 
-        ways = {"modes": columns.many_modes, "resonance": columns.many_resonances}
-        return ways[self.what](spec, values) if self.what in ways else None
+        return many_modes(spec, values) if self.what == "modes" else None
 
 
 def kinds() -> dict[str, Kind]:

@@ -79,8 +79,7 @@ FIELDS = {
 }
 """Outputs that a resonance has under another name."""
 IN_DETAIL = "tenfold_growth_torque"
-IN_CLOSED_FORM = {*RESONANCE} - {IN_DETAIL}
-"""Outputs of `resonance` that many rows get at once; the other is a search over time and torque."""
+"""Output that is a search over time and torque."""
 
 
 def _resonance(row: Row) -> Mapping[str, Any]:
@@ -279,7 +278,7 @@ KINDS = {
         outputs=lambda options: declared(RESONANCE),
         default=tuple(name for name in RESONANCE if name != IN_DETAIL),
         one=_resonance,
-        modules=("cabledrive.campaign.columns", "cabledrive.studies.resonance_detuning"),
+        modules=("cabledrive.studies.resonance",),
         options={"torque": "N m", "load_torque": "N m"},
     ),
     "map": Kind(

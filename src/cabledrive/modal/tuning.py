@@ -14,6 +14,7 @@ needs, and the pretension follows by as much, again until it stands.
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import pi
 
 import numpy as np
@@ -69,6 +70,7 @@ class Pair:
         return self.ratio - 0.5
 
 
+@lru_cache(maxsize=8)  # a resonance asks for that of one drive several times
 def pulley_mode(drive: Drive) -> PulleyMode:
     """Find the lowest longitudinal mode in which a pulley turns.
 

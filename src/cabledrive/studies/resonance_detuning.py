@@ -6,14 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cabledrive.modal.batch import LoopBatch, many_spectra
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import LARGEST, SMALLEST
+from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
-from cabledrive.reduction.oscillators import many_models, pulley_modes, spans_at_rest, straight_spans
 from cabledrive.reduction.threshold import (
     growth_rates,
     instability_half_width,
@@ -104,62 +102,10 @@ def _verdict(distance: ArrayLike, half_width: ArrayLike) -> NDArray[np.str_]:
     return np.where(inside, RESONANT, np.where(close, NEAR, SAFE))
 
 
-LARGEST_PHASE = 2.0
-"""Of the pulley mode along a span [rad]: beyond, another mode may be the lowest in which a pulley turns."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ResonanceBatch:
-    """Numbers of each loop; NaN where there is none, every array of shape (n,)."""
-
-    done: NDArray[np.bool_]  # whether the closed form holds; the others are for `resonance`
-    # frequency_ratio, tuned_pretension, threshold_torque, threshold_here, pulley_frequency: [-], [N], [N m],
-    # [N m], [Hz]; as in `cabledrive.studies.resonance.ResonanceSummary`
-    frequency_ratio: Array
-    tuned_pretension: Array
-    threshold_torque: Array
-    threshold_here: Array
-    pulley_frequency: Array
-    verdict: NDArray[np.str_]
-
-
-def many_resonances(loops: LoopBatch, torque: Array) -> ResonanceBatch:
-    """Ratio, tuned pretension, thresholds and verdict of each loop under a torque, shape (n,) [N m]."""
-    omegas, found = many_spectra(loops.chains(), 1)
-    omega = omegas[:, 0]
-    phase = omega * loops.length * np.sqrt(loops.density / loops.rigidity)
-    with np.errstate(all="ignore"):
-        modes, rest = pulley_modes(loops, omega), spans_at_rest(loops)
-        force = straight_spans(loops, loops.pretension).force
-        ratio = np.pi * np.sqrt(force / loops.density) / loops.length / omega
-        wanted = force / (2.0 * ratio) ** 2
-        reached = wanted < loops.rigidity
-        tuned = np.where(reached, wanted / (1.0 - wanted / loops.rigidity), np.nan)
-        here = many_models(loops, modes, rest)
-        at_tuning = many_models(loops, modes, straight_spans(loops, tuned))
-        *_, distance, width = _against_regions(here, torque)
-        mode = np.argmin(distance - CLOSE * width, axis=0)[None]
-        distance, width = (np.take_along_axis(values, mode, axis=0)[0] for values in (distance, width))
-        allowed = ~reached | ((tuned >= SMALLEST) & (tuned <= LARGEST))
-        return ResonanceBatch(
-            done=found & (phase < LARGEST_PHASE) & allowed & (rest.lowest > 0.0),
-            frequency_ratio=ratio,
-            tuned_pretension=tuned,
-            threshold_torque=np.where(reached, _finite(tuned_threshold(at_tuning)), np.nan),
-            threshold_here=_finite(threshold_torque(here)),
-            pulley_frequency=omega / (2.0 * np.pi),
-            verdict=_verdict(distance, width),
-        )
-
-
 def tuned_threshold(model: AutoparametricModel) -> Array:
     """Zero where either mode is undamped, whatever round-off leaves of the tuning."""
     undamped = (np.asarray(model.modal_damping) == 0.0) | (np.asarray(model.transverse_damping) == 0.0)
     return np.where(undamped, 0.0, threshold_torque(model))
-
-
-def _finite(values: Array) -> Array:
-    return np.where(np.isfinite(values), values, np.nan)
 
 
 UNKNOWN = "unknown"
