@@ -166,26 +166,21 @@ def run_users(
         if done is not None:
             return done, None
     parts = (("controller", own), ("plant", plant))
-    plain = ", ".join(name for name, part in parts if part is not None and not is_compiled(part.step))
-    return run_by_sample(loop, *span, state, log, tensions), plain or "loop"
-
-
-def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array, tensions: Array) -> int:
-    """Run samples ``first`` to ``last`` - 1 of a loop; returns the sample at which the run ended."""
+    plain = (
+        ", ".join(name for name, part in parts if part is not None and not is_compiled(part.step)) or "loop"
+    )
     gone, control, s, n = kernels.farthest(loop.target), loop.control, state, loop.chain.size
     cable = None if loop.cable is None else cable_run(loop.cable, s, tensions)
-    lumped = cable is None and loop.own_plant is None
+    lumped = cable is None and plant is None
     shafts, seen = (s.terms[kernels.VIEW] if lumped else s.x)[: 2 * n + 1], s.work if lumped else s.x
-    for k in range(first, last):
+    for k in range(*span):
         if cable is not None:
             s.discrete[1] = cable_ends(cable, gone, s)
         else:
             s.discrete[1] = kernels.see_chain(loop.plant, gone, s) if lumped else _see_own(n, gone, s)
         if s.discrete[1]:
-            return k
-        issued = (
-            kernels.decide(control, k, seen, s) if loop.controller.own is None else _asked(loop, k, seen, s)
-        )
+            return k, plain
+        issued = kernels.decide(control, k, seen, s) if own is None else _asked(loop, k, seen, s)
         if cable is not None:
             s.discrete[0] = shafts[n] != 0.0
         kernels.finish_sample(control, k, s, log, shafts, issued)
@@ -196,8 +191,8 @@ def run_by_sample(loop: Any, first: int, last: int, state: LoopState, log: Array
         else:
             _move_own(loop, k, s)
         if s.discrete[1]:
-            return k + 1
-    return last
+            return k + 1, plain
+    return span[1], plain
 
 
 def _when(loop: Any, k: int) -> str:

@@ -24,7 +24,6 @@ from cabledrive.reduction.transporter import (
     Transporter,
     compliance,
     frozen_frequencies,
-    strand_stiffness,
     transporter_of,
 )
 from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, CarriageLoop
@@ -310,16 +309,14 @@ def carriage_demand(drive: Drive, goals: Goals) -> DemandResult:
     """Torque, speed and tension along the feedforward's motion."""
     demands = _demands(drive, goals)
     exceeded = [demand.name for demand in demands if not demand.met]
-    if not exceeded:
-        return DemandResult(demands=demands, shortest=None, binding="no limit is met")
 
     def possible(duration: float) -> bool:
         return all(one.met for one in _demands(drive, replace(goals, duration=duration, pulses=1)))
 
     assert goals.duration is not None
     short, long = goals.duration, LONGEST * goals.duration
-    if not possible(long):
-        why = "none of the tried durations is long enough"
+    if not exceeded or not possible(long):
+        why = "none of the tried durations is long enough" if exceeded else "no limit is met"
         return DemandResult(demands=demands, shortest=None, binding=why)
     for _ in range(HALVINGS):
         middle = (short * long) ** 0.5
@@ -333,12 +330,12 @@ def _demands(drive: Drive, goals: Goals) -> tuple[Demand, ...]:
     row, r = case.reference, case.design.radius
     limit, speed = case.limit * r, drive.motor.speed_limit
     bounded = drive.motor.torque_limit is not None or goals.torque is not None
-    lost, design = 0.0, case.design  # largest fall of a strand's tension, its stiffness that of the place [N]
-    for k in range(0, len(row), max(1, len(row) // 1000)):
-        q1, s, q2 = row[k, :3]
-        strands = strand_stiffness(design, design.start + float(s))
-        pulled = (s - q1, q2 - s, q1 - q2)
-        lost = max(lost, *(float(-stiff * e) for stiff, e in zip(strands, pulled, strict=True)))
+    # Largest fall of a strand's tension, its stiffness that of the place [N].
+    q1, s, q2 = row[:: max(1, len(row) // 1000), :3].T
+    design, place, ea = case.design, case.design.start + s, case.design.axial_rigidity
+    span = design.span_length
+    pulled = (ea / place * (s - q1), ea / (span - place) * (q2 - s), ea / span * (q1 - q2))
+    lost = max(0.0, -float(np.min(pulled)))
     torque, turn = float(np.abs(row[:, 8]).max()) * r, float(np.abs(row[:, 4]).max()) / r
     return (
         Demand(name="torque", asked=torque, limit=limit if bounded else None, unit="N m"),
