@@ -47,7 +47,7 @@ def bench_log(test, seed, **flaws):
     return run_rig(bench_rig(test, Imperfections(**flaws)), bench_command(test, rng), rng)
 
 
-def wide_command(rng, duration=60.0, rate=1000.0):
+def wide_command(rng, duration, rate=1000.0):
     """Section 4.2's three sines, and a multisine up to 120 Hz that shows what is not rigid."""
     base = sum_of_sines(duration, rate, (1.0, 3.0, 5.0), (0.1, 0.1, 0.1), rng.uniform(0, 2 * np.pi, 3))
     lines = multisine_lines(round(2 * rate), rate, 8.0, 120.0, odd=True)
@@ -58,7 +58,7 @@ def wide_command(rng, duration=60.0, rate=1000.0):
 WORDS = {"rigid": None, "stribeck": "Stribeck", "backlash": "backlash", "flexible": "flexible joint"}
 
 
-def faulty_log(case, seed, duration=60.0):
+def faulty_log(case, seed, duration):
     chain, flaws = RIGS[case]
     rng = np.random.default_rng(seed)
     rig = VirtualRig(chain=chain, torque_per_volt=1.6218, imperfections=Imperfections(**flaws))
@@ -125,28 +125,21 @@ def test_each_friction_is_right_for_its_own_regressor_and_the_other_is_noticed(s
 
 
 @pytest.mark.parametrize("case", WORDS)
-def test_a_wrong_model_is_noticed_and_named(case):
-    """One log of half a minute of each; `make verify` counts two hundred of a minute."""
-    found = identify(faulty_log(case, 1, 30.0))
-    words = WORDS[case]
-    if words is None:
-        assert found.findings == ()
-    else:
-        assert words in found.findings[-1], found.findings
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize("case", WORDS)
-def test_two_hundred_logs_of_each_fault(case, measured):
+@pytest.mark.parametrize(
+    "seeds, duration",
+    [(range(1, 2), 30.0), pytest.param(range(30_000, 30_200), 60.0, marks=pytest.mark.verify)],
+    ids=["one", "two hundred"],
+)
+def test_two_hundred_logs_of_each_fault(case, seeds, duration, measured):
     """At least 180 of 200 flagged with the reason; at most 16 of 200 false alarms."""
-    found = [identify(faulty_log(case, 30_000 + seed)).findings for seed in range(200)]
+    found = [identify(faulty_log(case, seed, duration)).findings for seed in seeds]
     words, alarms = WORDS[case], sum(map(bool, found))
     named = sum(bool(words and findings and words in findings[-1]) for findings in found)
-    measured(f"{named} of 200 named, {alarms} with an alarm")
-    if WORDS[case] is None:
-        assert alarms <= 16, f"{alarms} false alarms"
+    measured(f"{named} of {len(seeds)} named, {alarms} with an alarm")
+    if words is None:
+        assert alarms <= 0.08 * len(seeds), f"{alarms} false alarms"
     else:
-        assert named >= 180, f"{named} of 200 named"
+        assert named >= 0.9 * len(seeds), f"{named} of {len(seeds)} named"
 
 
 def test_a_saturated_torque_is_left_out():

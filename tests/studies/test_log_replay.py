@@ -29,11 +29,19 @@ SHEET = truth_of(DRIVE)
 FRICTION = SHEET["c1"]
 
 
-def known(truth, folder, seed=1):
-    """What a study knows of a machine by twelve seconds of log."""
-    path = folder / "log.csv"
-    path.write_text(log_text(truth, 12.0, 0.8, seed))
-    return know(DRIVE, [usable_log(read_log(path, ColumnMap()))], SPREADS)
+def logged(folder, truth, seed=1, amplitude=0.8, late=0):
+    """A log of twelve seconds of a machine, its angles so many rows later than its torque."""
+    head, *lines = log_text(truth, 12.0, amplitude, seed).splitlines()
+    cells = [line.split(",") for line in lines]
+    rows = [[*now[:2], *before[2:]] for now, before in zip(cells[late:], cells, strict=False)]
+    (folder / "log.csv").write_text("\n".join([head, *(",".join(row) for row in rows)]) + "\n")
+    return folder / "log.csv"
+
+
+def known(truth, folder, drive=DRIVE, **options):
+    """What a study knows of a machine by its data sheet and a log."""
+    log = usable_log(read_log(logged(folder, truth, **options), ColumnMap()))
+    return know(drive, [log], SPREADS)
 
 
 @pytest.mark.kernel
@@ -63,7 +71,7 @@ def test_innovations_are_readings_less_their_predictions():
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_machine_as_the_sheet_has_it_gives_no_finding(seed, tmp_path, measured):
-    found = known(SHEET, tmp_path, seed)
+    found = known(SHEET, tmp_path, seed=seed)
     measured(f"power {found.replays[0].ratio:.2f} times the model's, {found.replays[0].limit:.2f} allowed")
     assert found.findings == ()
     for name, key in (("near_inertia", None), ("load_inertia", "j3"), ("joint_stiffness", "km")):
@@ -91,11 +99,10 @@ def test_what_the_sheet_lacks_is_a_finding(changes, words, tmp_path, measured):
 @pytest.mark.parametrize(("name", "lines", "share"), [("dissertation-3", 9, 0.2), ("turntable", 12, 0.4)])
 def test_cogging_is_identified_and_spoils_no_other_number(name, lines, share, tmp_path, measured):
     """Left in, it made four times the motor's inertia on the turntable, and the verdict unknown."""
-    drive, path = drive_of(name) if name == "turntable" else DRIVE, tmp_path / "log.csv"
+    drive = drive_of(name) if name == "turntable" else DRIVE
     truth = truth_of(drive)
     truth = truth.but(cogging=share * truth["c1"], cogging_lines=float(lines))
-    path.write_text(log_text(truth, 12.0, 0.6, seed=5))
-    found = know(drive, [usable_log(read_log(path, ColumnMap()))], SPREADS)
+    found = known(truth, tmp_path, drive, seed=5, amplitude=0.6)
     size, near = found.quantities["ripple_torque"], found.quantities["near_inertia"]
     measured(
         f"{size.value:.5f} N m for {truth['cogging']:.5f}, {found.quantities['ripple_order'].value:g} lines"
@@ -147,25 +154,10 @@ def coarse_machine():
     return replace(truth, counts=(*truth.counts[:2], 2 * pi / COARSE * truth["gear"]))
 
 
-def logged(folder, truth, late=0):
-    """A log of a machine, its angles so many rows later."""
-    text = log_text(truth, 12.0, 0.8, seed=3)
-    (folder / "log.csv").write_text(later(text, late) if late else text)
-    return folder / "log.csv"
-
-
 def known_of(folder, truth, late=0):
-    """What the data sheet and a log of the machine say together."""
-    found = know(sheet(), [read_log(logged(folder, truth, late))], Goals().spreads)
+    """What the data sheet and a log of the machine say together, and the sensors that this gives."""
+    found = known(truth, folder, sheet(), seed=3, late=late)
     return found, known_drive(sheet(), found).sensors
-
-
-def later(text, rows):
-    """A log with its angles so many rows later."""
-    head, *lines = text.splitlines()
-    cells = [line.split(",") for line in lines]
-    moved = [[*now[:2], *before[2:]] for now, before in zip(cells[rows:], cells, strict=False)]
-    return "\n".join([head, *(",".join(row) for row in moved)]) + "\n"
 
 
 def test_a_load_encoder_of_a_fifth_of_the_counts_is_a_finding_and_is_used(tmp_path):
@@ -180,7 +172,7 @@ def test_a_load_encoder_of_a_fifth_of_the_counts_is_a_finding_and_is_used(tmp_pa
 @pytest.mark.verify
 def test_a_load_encoder_of_a_fifth_of_the_counts_ends_no_study_in_yes(tmp_path, measured):
     """Before, the study said yes to what the machine does not do."""
-    log = logged(tmp_path, coarse_machine())
+    log = logged(tmp_path, coarse_machine(), seed=3)
     goals = Goals(angle=30 * DEGREE, duration=0.4, dwell=0.15, draws=500, cable_draws=0)
     found = run_study(sheet(), [log], goals)
     said = results_of(found)

@@ -93,16 +93,10 @@ def within(name):
 
 
 QUICK = ("rigid", "load Coulomb friction")
-"""Cases that every run of the tests makes: one of the yeses by a log, and one by the sheet."""
-
-
-def cases(of_a_drive, quick):
-    """All machines of both drives; but for one the long tests only."""
-    every = [(name, what) for name in DRIVES for what in of_a_drive(name)]
-    return [pytest.param(*one, marks=() if quick and one == quick else pytest.mark.verify) for one in every]
-
-
-LOGGED, SHEET = cases(lacking, None), cases(within, QUICK)
+"""One of the yeses by the sheet, which every run of the tests makes."""
+LOGGED, SHEET = (
+    [(name, what) for name in DRIVES for what in machines(name)] for machines in (lacking, within)
+)
 
 
 def asked_for_what_it_reached(found):
@@ -117,12 +111,6 @@ def asked_for_what_it_reached(found):
 @cache
 def by_the_sheet(name, draws):
     return run_study(DRIVES[name], [], goals(name, draws=draws))
-
-
-def by_a_log(name, what, folder, draws):
-    path = folder / "log.csv"
-    path.write_text(log_text(lacking(name)[what], 12.0, SHAKES[name], seed=len(what)))
-    return run_study(DRIVES[name], [path], goals(name, draws=draws))
 
 
 def failures(found, truth, goal, runs):
@@ -146,15 +134,19 @@ def kept(found, truth, measured, runs=RUNS):
     return missed <= binom.isf(1e-3, runs, 0.01)
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize(("name", "what"), LOGGED)
 def test_a_yes_by_a_log_holds_on_the_machine_that_was_logged(name, what, tmp_path, measured):
-    draws = FEWEST if (name, what) == QUICK[0] else DRAWS
-    assert kept(by_a_log(name, what, tmp_path, draws), lacking(name)[what], measured)
+    truth, path = lacking(name)[what], tmp_path / "log.csv"
+    path.write_text(log_text(truth, 12.0, SHAKES[name], seed=len(what)))
+    assert kept(run_study(DRIVES[name], [path], goals(name, draws=DRAWS)), truth, measured)
 
 
-@pytest.mark.parametrize(("name", "what"), SHEET)
-def test_a_yes_by_the_sheet_holds_on_a_machine_within_the_limits_it_states(name, what, measured):
-    draws = FEWEST if (name, what) == QUICK[1] else DRAWS
+@pytest.mark.parametrize(
+    ("name", "what", "draws"),
+    [(*QUICK, FEWEST), *(pytest.param(*one, DRAWS, marks=pytest.mark.verify) for one in SHEET)],
+)
+def test_a_yes_by_the_sheet_holds_on_a_machine_within_the_limits_it_states(name, what, draws, measured):
     assert kept(by_the_sheet(name, draws), within(name)[what], measured)
 
 
