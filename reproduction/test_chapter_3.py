@@ -11,9 +11,9 @@ from scipy.optimize import brentq, minimize_scalar
 from cabledrive.modal import longitudinal_modes, natural_frequencies
 from cabledrive.modal import modes as natural_modes
 from cabledrive.parameters import Carriage, InputRefused, load_drive
+from cabledrive.parameters.keys import varied_together
 from cabledrive.studies import frequency_against
 from cabledrive.studies.following import mass_weighted_shapes
-from cabledrive.studies.frequency_curves import varied_together
 from reproduction.expanded_equations import lateral_frequency
 from reproduction.oracles import (
     DENSITY,

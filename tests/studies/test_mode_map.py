@@ -11,9 +11,9 @@ import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.drive_parts import Order
+from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
-from cabledrive.studies.frequency_curves import varied_together
 from cabledrive.studies.mode_map import Grid, map_modes
 from cabledrive.studies.route_snapshot import Snapshot, tracked
 from oracles.route_fem import frequencies_of_route

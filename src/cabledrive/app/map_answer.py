@@ -6,11 +6,11 @@ import numpy as np
 
 from cabledrive.app.results import Keys
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.keys import quantity_of
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import table, table_text
 from cabledrive.studies.excitation_orders import Campbell, Zone
-from cabledrive.studies.frequency_curves import quantity_of
 from cabledrive.studies.sway import Sway, SwayingRope
 
 if TYPE_CHECKING:

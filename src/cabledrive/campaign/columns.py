@@ -14,7 +14,7 @@ from cabledrive.mechanics.chain import Pendant
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.batch import ChainBatch
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.studies.frequency_curves import varied_together
+from cabledrive.parameters.keys import varied_together
 
 Found = tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]
 """Rows that are done, (n,), and their outputs, (n, ...), by name."""

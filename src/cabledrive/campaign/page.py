@@ -16,11 +16,11 @@ from cabledrive.campaign.results import FEWEST_ROWS, Results, open_results, tole
 from cabledrive.campaign.rows import WORDS
 from cabledrive.campaign.spec import DRIVE, settings_of
 from cabledrive.parameters import InputRefused, drive_text
+from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.tables import drive_from_tables
 from cabledrive.parameters.toml_values import toml_of
 from cabledrive.report.blocks import Block, Chapter, Figure, Paragraph, Table, table
 from cabledrive.report.page import page_of
-from cabledrive.studies.frequency_curves import varied_together
 
 MOST_POINTS = 4000
 """Drawn; of more rows a sample at random, those that are not done first."""

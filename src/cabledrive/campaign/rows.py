@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from cabledrive.campaign.computation import FLAG, NUMBER, TEXT, Found, Row
 from cabledrive.campaign.spec import COMPUTE, DRIVE, GOALS, MOTION, OWN, PLANT, CampaignSpec, settings_of
 from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.toml_values import whole_of
-from cabledrive.studies.frequency_curves import varied_together
 
 DONE, DEFECT, REFUSED, FAILED, NOT_YET = 0, 1, 2, 3, -1
 """Status of a row, as the exit status of a command; a defect of the package ends its row alone."""

@@ -14,9 +14,9 @@ from cabledrive.campaign.design import Design, design_of
 from cabledrive.campaign.vary import Axis, axes_of, varied_keys
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
 from cabledrive.parameters.fields import described, meaning, require_known
+from cabledrive.parameters.keys import unit_in_file
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.toml_values import read_toml, table_of, text_of, whole_of
-from cabledrive.studies.frequency_curves import unit_in_file
 
 TABLES = ("drive", "vary", "design", "compute", "motion", "goals")
 DRIVE, PLANT, MOTION, GOALS, COMPUTE, OWN = "drive", "plant", "motion", "goals", "compute", "own"

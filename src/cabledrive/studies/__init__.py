@@ -4,7 +4,7 @@ How do frequencies change with pretension or position, does a planned motion exc
 the machine reach its goal? Begin with `frequency_against` and `cabledrive.studies.study.run_study`.
 """
 
-from cabledrive.studies.frequency_curves import frequency_against
+from cabledrive.studies.following import frequency_against
 from cabledrive.studies.planned_motion import read_motion
 
 __all__ = ["frequency_against", "read_motion"]

@@ -13,8 +13,9 @@ from cabledrive.modal import Modes
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.keys import quantity_of, varied_together
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.frequency_curves import quantity_of, stamped, varied_together
+from cabledrive.studies.following import stamped
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -20,8 +20,8 @@ from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
+from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.frequency_curves import varied_together
 from cabledrive.studies.pair_thresholds import refuse_running
 
 POINTS = 201
