@@ -80,15 +80,17 @@ def carrying(mass=6e-5):
     return replace(base, cable=load_drive("dissertation-3").cable)
 
 
+def exact(one):
+    """Tensions by every name that a span may get."""
+    looser, tauter = sorted((one.upper, one.lower))
+    return {"upper": one.upper, "lower": one.lower, "looser": looser, "tauter": tauter}
+
+
 def errors(found, one):
     """Relative errors of both tensions, labelled or not."""
-    looser, tauter = sorted((one.upper, one.lower))
-    exact = {"upper": one.upper, "lower": one.lower, "looser": looser, "tauter": tauter}
-    return {name: found[name] / exact[name] - 1.0 for name in found.spans}
+    return {name: found[name] / exact(one)[name] - 1.0 for name in found.spans}
 
 
 def held(found, one):
     """How many intervals hold the truth."""
-    looser, tauter = sorted((one.upper, one.lower))
-    exact = {"upper": one.upper, "lower": one.lower, "looser": looser, "tauter": tauter}
-    return sum(f.tension.low <= exact[name] <= f.tension.high for name, f in found.spans.items())
+    return sum(f.tension.low <= exact(one)[name] <= f.tension.high for name, f in found.spans.items())

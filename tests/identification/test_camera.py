@@ -63,14 +63,6 @@ def frequencies_of(rows):
     return fit_tones(whole, 1 / RATE, start, 2).tones.frequency
 
 
-def test_the_track_is_right_to_a_twentieth_of_a_pixel_and_its_frequencies_to_a_tenth_of_a_hertz(clip):
-    exact, frames = clip
-    track = track_marker(clip_of(frames, RATE))
-    error = track.rows[:, 0] - exact
-    assert np.sqrt(np.mean(error**2)) <= 0.05, np.sqrt(np.mean(error**2))
-    assert frequencies_of(track.rows[:, 0]) == pytest.approx(TONES, abs=0.1)
-
-
 SIZES = [(18.0, 6.0, 2.5), (8.0, 3.0, 1.0), (1.5, 0.6, 0.2)]
 """Amplitudes of the films [pixel]."""
 
@@ -78,16 +70,13 @@ SIZES = [(18.0, 6.0, 2.5), (8.0, 3.0, 1.0), (1.5, 0.6, 0.2)]
 @pytest.mark.parametrize(
     "seed, amplitudes",
     [
-        pytest.param(seed, size, marks=pytest.mark.verify if seed or size is SIZES[0] else ())
+        pytest.param(seed, size, marks=pytest.mark.verify if seed else ())
         for size in SIZES
         for seed in range(10)
     ],
 )
 def test_tracks_of_ten_films_each(seed, amplitudes, measured):
-    """Clutter that touches a marker which moves less than its own size is not kept apart: none here.
-
-    One film of the largest size is the clip of the test above.
-    """
+    """Clutter that touches a marker which moves less than its own size is not kept apart: none here."""
     clutter = 6 if amplitudes[0] > 3.0 else 0
     exact, frames = film(seed, amplitudes, clutter=clutter)
     rows = track_marker(clip_of(frames, RATE)).rows[:, 0]

@@ -225,9 +225,6 @@ def drawn_drive(rng: np.random.Generator) -> Drive:
         return load_drive("finger-tendon")
     drive = load_drive("dissertation-3")
     motor, lumped = drive.motor, drive.lumped
-    assert motor is not None
-    assert lumped is not None
-    assert drive.sensors is not None
     motor = replace(
         motor,
         inertia=motor.inertia * spread(rng, 0.3, 3.0),
@@ -262,7 +259,7 @@ def drawn_motion(drive: Drive, rng: np.random.Generator, order: int | None) -> M
 def drawn_options(drive: Drive, motion: Motion, rng: np.random.Generator) -> RigOptions:
     """Sensors, friction, disturbances, jitter, an encoder that drops out, a slack span let pass."""
     end = 2.0 * (motion.rise + motion.dwell)
-    coulomb = drive.motor.coulomb_friction if drive.motor else 0.0
+    coulomb = drive.motor.coulomb_friction
 
     def push(on: str, low: float, high: float) -> Disturbance:
         start = float(rng.uniform(0.0, 0.8 * end))
@@ -290,7 +287,6 @@ def drawn_options(drive: Drive, motion: Motion, rng: np.random.Generator) -> Rig
 def sampled_plant(drive: Drive, law: str, rng: np.random.Generator) -> Drive:
     """The drive as it is: the motor within a law's bounds or on them, sometimes beyond, or another cable."""
     motor = drive.motor
-    assert motor is not None
     bounds = law_bounds(drive, law)
     corner = rng.random() < 0.4
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
+from printer_logs import samples, write_densities
 from studio_browser import studio_page
 
 pytestmark = pytest.mark.verify
@@ -47,7 +48,7 @@ def uploaded(page, path):
 
 def test_a_printer_is_mapped_pinged_and_shaped(tmp_path):
     sound = pinged(tmp_path, {"belt-a.wav": 30.0, "belt-b.wav": 26.0})
-    (tmp_path / "resonances_x_my.csv").write_text(measured_peak(47.0))
+    measured_peak(tmp_path / "resonances_x_my.csv", 47.0)
     with studio_page(tmp_path / "folder", "corexy") as page:
         page.wait_for_selector("#result .pick")
         started(page, "travel", vary1="head.x=60mm:360mm:3", vary2="beam.y=50mm:330mm:3", count="2")
@@ -62,8 +63,8 @@ def test_a_printer_is_mapped_pinged_and_shaped(tmp_path):
         finished(page)
         assert page.locator("#job").inner_text().count("motor a to rear right a") >= 1
 
-        (tmp_path / "belt_a.csv").write_text(measured_peak(50.0))
-        (tmp_path / "belt_b.csv").write_text(measured_peak(58.0))
+        measured_peak(tmp_path / "belt_a.csv", 50.0)
+        measured_peak(tmp_path / "belt_b.csv", 58.0)
         for name in ("belt_a.csv", "belt_b.csv", "resonances_x_my.csv"):
             uploaded(page, tmp_path / name)
         page.click("[data-kind='shaper']")
@@ -89,9 +90,6 @@ def pinged(folder, tensions):
     return made
 
 
-def measured_peak(peak):
+def measured_peak(path, peak):
     """A printer's log of resonances with one peak [Hz]."""
-    frequency = 1.5625 * np.arange(128)
-    density = 100 * (frequency / abs(1 - (frequency / peak) ** 2 + 0.1j * frequency / peak)) ** 2
-    rows = [f"{f:.1f},{p:.3e},0,0,{p:.3e}" for f, p in zip(frequency, density, strict=True)]
-    return "\n".join(["freq,psd_x,psd_y,psd_z,psd_xyz", *rows]) + "\n"
+    return write_densities(path, samples([(peak, 0.05, 1.0)], np.random.default_rng(0)))
