@@ -174,16 +174,7 @@ def table_text(made: Table) -> str:
     return "\n".join([*lines, *([str(made.note)] if made.note else [])])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Equation:
-    """A displayed formula."""
-
-    kind: ClassVar[str] = "equation"
-    formula: Markup  # content of a MathML ``math`` element
-    words: str  # the formula as it is read aloud
-
-
-Block = Paragraph | Note | Figure | Plot | Table | Equation
+Block = Paragraph | Note | Figure | Plot | Table
 
 
 @dataclass(frozen=True, slots=True)

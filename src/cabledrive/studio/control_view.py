@@ -20,6 +20,7 @@ from cabledrive.rig.setting import Motion, RigOptions, parse_disturbance, parse_
 from cabledrive.rig.trial import offered
 from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import DISTURBANCES, SWITCHES, disturbed
+from cabledrive.studio.log_store import plain
 from cabledrive.studio.state import Desk, State, command_line, drive_of, state_of
 
 NONE_HERE = "No control law ran"
@@ -189,11 +190,11 @@ def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
             {
                 "name": law,
                 "time": run.time[kept].tolist(),
-                "error": _finite(np.degrees(run.error[kept])),
-                "torque": _finite(run.torque[kept]),
-                "bound": _finite(np.degrees(bounds[0][kept])) if bounds else [],
+                "error": plain(np.degrees(run.error[kept])),
+                "torque": plain(run.torque[kept]),
+                "bound": plain(np.degrees(bounds[0][kept])) if bounds else [],
                 "frequency": frequency[part].tolist(),
-                "amplitude": _finite(np.maximum(amplitude[part], LEAST)),
+                "amplitude": plain(np.maximum(amplitude[part], LEAST)),
             }
         )
     keys = ["peak_error_deg", "rms_error_deg", "peak_torque"]
@@ -209,7 +210,3 @@ def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
         for law, run in runs.items()
     ]
     return {"curves": curves, "rows": rows}
-
-
-def _finite(values: Any) -> list[float | None]:
-    return [float(value) if np.isfinite(value) else None for value in values]

@@ -104,11 +104,11 @@ class Curves:
         edges = edges if edges.size > 1 else np.array([first, last])
         return {
             "rows": rows,
-            "x": _plain(self._time_at(edges[:-1])),
+            "x": plain(self._time_at(edges[:-1])),
             "start": float(self._time_at(np.array([first]))[0]),
             "end": float(self._time_at(np.array([last - 1]))[0]),
             "series": [
-                {"name": name, "low": _plain(low), "high": _plain(high)}
+                {"name": name, "low": plain(low), "high": plain(high)}
                 for name in names
                 for low, high in (_extremes(self._columns[name], edges),)
             ],
@@ -195,7 +195,7 @@ def _extremes(column: Column, edges: NDArray[np.int64]) -> tuple[NDArray[Any], N
     return np.fmin.reduceat(low[:ends], starts), np.fmax.reduceat(high[:ends], starts)
 
 
-def _plain(values: NDArray[Any]) -> list[float | None]:
+def plain(values: NDArray[Any]) -> list[float | None]:
     """Numbers for JSON; what is not finite is a gap."""
     wide = np.asarray(values, dtype=float)
     return [None if not good else value for value, good in zip(wide.tolist(), np.isfinite(wide), strict=True)]

@@ -19,7 +19,7 @@ from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.reduction.quality import distributed_response
 from cabledrive.studio import guard as pages
 from cabledrive.studio.jobs import Job
-from cabledrive.studio.log_store import SOUND, shown_columns, time_column, unit_of
+from cabledrive.studio.log_store import SOUND, plain, shown_columns, time_column, unit_of
 from cabledrive.studio.state import Desk, State, drive_of, state_of
 from cabledrive.studio.work_view import job_of
 
@@ -198,15 +198,15 @@ def response_curves(request: Request) -> Response:
     output = request.query_params.get("output", "")
     output = output if output in OUTPUTS else _output(job)
     lines["phase_deg"] = _below_zero(lines["phase_deg"])
-    found: dict[str, Any] = {name: _plain(values) for name, values in lines.items()}
+    found: dict[str, Any] = {name: plain(values) for name, values in lines.items()}
     found |= {"output": output, "outputs": OUTPUTS, "computed": [], "computed_phase": [], "words": ""}
     try:
         drive = drive_of(desk.library, state_of(request.url.query, desk.first))
         require_two_pulleys(drive, "the computed response")
         assert isinstance(drive, Drive)
         computed = _computed(drive, 2.0 * pi * lines["frequency_hz"], output)
-        found["computed"] = _plain(np.abs(computed))
-        found["computed_phase"] = _plain(_below_zero(np.degrees(np.angle(computed))))
+        found["computed"] = plain(np.abs(computed))
+        found["computed_phase"] = plain(_below_zero(np.degrees(np.angle(computed))))
         found["words"] = f"Dashed: computed of {drive.name}, from motor torque to {output}, friction viscous."
     except (InputRefused, NotComputed) as refusal:
         found["words"] = f"No computed response beside it: {refusal}"
@@ -232,7 +232,3 @@ def _output(job: Job) -> str:
 def _below_zero(degrees: NDArray[np.float64]) -> NDArray[np.float64]:
     """Phases from -270 to 90 deg: that of an inertia, -180 deg, lies inside and does not jump."""
     return (degrees + 270.0) % 360.0 - 270.0
-
-
-def _plain(values: NDArray[np.float64]) -> list[float | None]:
-    return [float(value) if np.isfinite(value) else None for value in values]

@@ -9,7 +9,6 @@ from cabledrive.report.blocks import (
     Block,
     Cell,
     Chapter,
-    Equation,
     Note,
     Paragraph,
     Table,
@@ -72,7 +71,8 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
 def _of_load(found: ControllerResult) -> list[Block]:
     if found.bandwidth is None:
         return [Note(text=sentences((found.reason,)), tone="warning")]
-    formula = Equation(formula=Markup(say("formula")), words=say("equation"))
+    shown = '<span class="equation"><math display="block" aria-label="{}">{}</math></span>'
+    formula = Paragraph(text=Markup(shown).format(say("equation"), Markup(say("formula"))))
     ends = zip(ESTIMATES, found.lower, found.upper, ESTIMATE_UNITS, strict=True)
     rows = ((name, number(low, 4), number(high, 4), unit) for name, low, high, unit in ends)
     bounds = table(say("bounds"), "Estimate | Low [] | High [] | Unit", rows)
