@@ -22,9 +22,7 @@ MOST_LINES = 12
 
 
 def map_answer(
-    drive: Drive | RoutedDrive,
-    found: "xr.Dataset",
-    excited: Campbell | None,
+    drive: Drive | RoutedDrive, found: "xr.Dataset", excited: Campbell | None
 ) -> tuple[dict[str, Any], str]:
     """JSON object and text of a map."""
     dims = [str(dim) for dim in found["certified"].dims]

@@ -143,10 +143,7 @@ def _spectra(axis: PrinterShaper, name: str) -> Plot:
         points=points,
         along="frequency",
         unit="Hz",
-        panels=(
-            Panel("density over frequency", "1", density),
-            Panel("amplitude kept", "%", kept),
-        ),
+        panels=(Panel("density over frequency", "1", density), Panel("amplitude kept", "%", kept)),
     )
 
 

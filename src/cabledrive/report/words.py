@@ -23,7 +23,7 @@ DATASHEET = figures_of(DerivedQuantities) | {
         ("lowest_frequency_free_hz", "Motor free (without a motor: drive pulley free)", "Hz"),
         ("lowest_frequency_held_hz", "Motor held (without a motor: drive pulley held)", "Hz"),
         ("lowest_frequency_holding_hz", "Motor on its holding stiffness", "Hz"),
-    ),
+    )
 }
 """For each heading: name in `DerivedQuantities` or `LowestFrequencies`, words, SI unit."""
 

@@ -76,19 +76,9 @@ def _columns(desk: Desk, log: str) -> dict[str, Any]:
         return {"name": path.name, "sound": True}
     table = desk.logs.table(log)
     columns = [
-        {
-            "name": name,
-            "unit": unit_of(table, name),
-            "channel": recognise(name),
-        }
-        for name in table.names[:400]
+        {"name": name, "unit": unit_of(table, name), "channel": recognise(name)} for name in table.names[:400]
     ]
-    return {
-        "name": path.name,
-        "columns": columns,
-        "shown": shown_columns(table),
-        "time": time_column(table),
-    }
+    return {"name": path.name, "columns": columns, "shown": shown_columns(table), "time": time_column(table)}
 
 
 async def log_of_work(request: Request) -> Response:

@@ -12,16 +12,7 @@ from cabledrive.app.run_answer import fields_to_animate, method_of, plucks_of, r
 from cabledrive.app.two_motor_answer import move_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.simulation import (
-    Constant,
-    Pluck,
-    Recording,
-    Scheme,
-    Signal,
-    Sine,
-    Start,
-    simulate,
-)
+from cabledrive.simulation import Constant, Pluck, Recording, Scheme, Signal, Sine, Start, simulate
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.travel import PlannedMove
 from cabledrive.simulation.travel.prepare import SEGMENTS

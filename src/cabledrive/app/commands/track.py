@@ -108,9 +108,7 @@ METHOD = "inertias and links in steps of second order between samples, friction 
     "--move moves", "NAME=M", "Winches: how far the body goes, as camera.x=2m; repeatable.", multiple=True
 )
 @option(
-    "--least-tension",
-    "N",
-    "Winches: no line falls below; default: a fifth of the smaller tension at rest.",
+    "--least-tension", "N", "Winches: no line falls below; default: a fifth of the smaller tension at rest."
 )
 @option("--gust", "N", "Force on the body for which the tension is promised; default: a tenth of its weight.")
 @option("--log log_file", ".csv", "Write the encoder readings to FILE.csv.")

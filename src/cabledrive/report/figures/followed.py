@@ -182,10 +182,7 @@ def _draw_row(axes: "Axes", place: float, pair: tuple[float, float], *, named: b
 
 
 def measured_picture(
-    name: str,
-    measured: FrequencyResponse,
-    model: tuple[np.ndarray, np.ndarray] | None,
-    unit: str,
+    name: str, measured: FrequencyResponse, model: tuple[np.ndarray, np.ndarray] | None, unit: str
 ) -> Markup:
     """A measured response with its 95 % band, and a model's, at frequencies [Hz], where there is one."""
     low = np.maximum(measured.magnitude - 2 * measured.deviation, 0.3 * measured.magnitude)

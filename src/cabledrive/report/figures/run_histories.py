@@ -169,12 +169,7 @@ def draw_spectrum(
     shown = (hertz >= 2.0 * PADDING * hertz[1]) & (hertz <= top)  # half of a peak's width at its foot
     amplitude = amplitude[shown]
     highest = float(np.max(amplitude, initial=0.0)) or 1.0
-    axes.plot(
-        hertz[shown],
-        np.maximum(amplitude, highest * 10.0**-DECADES),
-        color=BLUE,
-        linewidth=1.0,
-    )
+    axes.plot(hertz[shown], np.maximum(amplitude, highest * 10.0**-DECADES), color=BLUE, linewidth=1.0)
     for frequency, kind in marks:
         along = kind == "longitudinal"
         axes.axvline(

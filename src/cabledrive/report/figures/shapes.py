@@ -13,16 +13,7 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan
-from cabledrive.report.picture import (
-    BLUE,
-    GREEN,
-    INK,
-    LINE,
-    ORANGE,
-    QUIET,
-    SPAN_COLOURS,
-    picture,
-)
+from cabledrive.report.picture import BLUE, GREEN, INK, LINE, ORANGE, QUIET, SPAN_COLOURS, picture
 from cabledrive.report.typesetting import number
 
 if TYPE_CHECKING:

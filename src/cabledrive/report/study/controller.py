@@ -5,16 +5,7 @@ from collections.abc import Iterable, Mapping
 from markupsafe import Markup
 
 from cabledrive.parameters.fields import percent
-from cabledrive.report.blocks import (
-    Block,
-    Cell,
-    Chapter,
-    Note,
-    Paragraph,
-    Table,
-    pictured,
-    table,
-)
+from cabledrive.report.blocks import Block, Cell, Chapter, Note, Paragraph, Table, pictured, table
 from cabledrive.report.figures.study_runs import (
     CARRIAGE,
     LOAD,

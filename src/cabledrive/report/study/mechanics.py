@@ -55,13 +55,7 @@ def loop_in_motion(result: StudyResult) -> Block:
     )
 
 
-SHOWN_FIGURES = (
-    "frequency_ratio",
-    "detuning",
-    "pulley_frequency",
-    "tuned_pretension",
-    "threshold_torque",
-)
+SHOWN_FIGURES = ("frequency_ratio", "detuning", "pulley_frequency", "tuned_pretension", "threshold_torque")
 VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "warning"}
 say = texts("study_mechanics")
 
@@ -69,10 +63,7 @@ say = texts("study_mechanics")
 def modes_chapter(result: StudyResult) -> Chapter:
     """Certified modes, and how far each reduced model holds."""
     found = result.modes
-    blocks: list[Block] = [
-        Paragraph(text=say("modes", certified=found.certified)),
-        _rows(result),
-    ]
+    blocks: list[Block] = [Paragraph(text=say("modes", certified=found.certified)), _rows(result)]
     remarks = [found.certified_reason or "", *found.warnings]
     blocks += [Note(text=f"{line}.", tone="warning") for line in dict.fromkeys(remarks) if line]
     if found.models:
