@@ -295,10 +295,16 @@ class Declared(NamedTuple):
 
 
 def opt(kind: Any, words: str, default: Any = None, *, flags: str = "", **more: Any) -> Any:
-    """A parameter that is an option, see `option`; ``flags``: where they are not made of its name."""
-    return Declared(
-        lambda name: option(f"{flags or '--' + name.replace('_', '-')} {name}", kind, words, default, **more)
-    )
+    """A parameter that is an option, see `option`; ``flags``: where they are not made of its name.
+
+    ``spans`` that is repeatable is ``--span``.
+    """
+
+    def _add(name: str) -> Callable[..., Any]:
+        word = name.removesuffix("s") if more.get("multiple") else name
+        return option(f"{flags or '--' + word.replace('_', '-')} {name}", kind, words, default, **more)
+
+    return Declared(_add)
 
 
 def argument(metavar: str | None, **more: Any) -> Any:

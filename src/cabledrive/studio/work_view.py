@@ -13,8 +13,9 @@ from cabledrive.identification.logs.reading import FORMATS as FORMATS_OF_LOGS
 from cabledrive.parameters import InputRefused
 from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import FORMATS, asked
+from cabledrive.studio.form import groups_of
 from cabledrive.studio.jobs import RUNNING, Job
-from cabledrive.studio.state import Desk, bounded_body, command_line, drive_of, state_of
+from cabledrive.studio.state import Desk, bounded_body, command_line, drive_of, state_of, tables_of
 
 FRAMED = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "
@@ -165,9 +166,6 @@ def _words(value: Any) -> str:
 
 def _keys(desk: Desk, request: Request) -> list[str]:
     """Keys that a sweep can vary: those that the file gives."""
-    from cabledrive.studio.form import groups_of
-    from cabledrive.studio.state import tables_of
-
     state = state_of(request.url.query, desk.first)
     try:
         drive_of(desk.library, state)

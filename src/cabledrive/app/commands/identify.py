@@ -34,7 +34,6 @@ def command(
         "one for each recording: two are compared.",
         multiple=True,
         of=PING,
-        flags="--span",
     ),
     plucked: str | None = opt(
         "upper|lower",
@@ -49,7 +48,6 @@ def command(
         "Tell friction at wraps from friction at bearings: pretension of the cable in each log, in order.",
         multiple=True,
         of=("axis", "split"),
-        flags="--tension",
     ),
     page: NewFile | None = opt("page", "Write a page with the log's figures.", of=AXIS, flags="--report"),
     other: str | None = opt(

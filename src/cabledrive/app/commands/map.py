@@ -48,7 +48,6 @@ def command(
         "Excitation that follows the speed: NAME=PULLEY (once a turn), NAME=PULLEY*N, NAME=KEY/LENGTH (rail "
         "joints); needs --speed; default: those of [excitation].",
         multiple=True,
-        flags="--order",
     ),
     speed: str | None = opt("KEY=FROM:TO", "A coordinate with the range of its speed: car.y=0.1m/s:1m/s."),
     margin: float = opt(float, "Share of a frequency that is too near; default: 0.05.", 0.05),

@@ -15,17 +15,13 @@ from cabledrive.parameters import InputRefused, content_hash, load_drive, packag
 def command(
     drives: tuple[str, ...] = argument("[DRIVE]...", nargs=-1),
     goals: tuple[str, ...] = opt(
-        "GOAL",
-        'Of a campaign: a limit such as "peak_error_deg < 0.05 deg"; repeatable.',
-        multiple=True,
-        flags="--goal",
+        "GOAL", 'Of a campaign: a limit such as "peak_error_deg < 0.05 deg"; repeatable.', multiple=True
     ),
     links: tuple[Path, ...] = opt(
         click.Path(path_type=Path),
         "Another page, such as that of a campaign, shown as a card; repeatable.",
         multiple=True,
         metavar="PAGE",
-        flags="--link",
     ),
     output: NewFile = opt("page", "The HTML page, in one file.", required=True, flags="-o --output"),
 ) -> Answer:

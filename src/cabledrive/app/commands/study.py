@@ -27,9 +27,7 @@ SERVED = "no input has changed: results of the finished study"
 def command(
     drive: Drive | RoutedDrive,
     no_chain: str | None,
-    logs: tuple[str, ...] = opt(
-        "path", "A measured log; repeatable.", multiple=True, metavar="LOG", flags="--log"
-    ),
+    logs: tuple[str, ...] = opt("path", "A measured log; repeatable.", multiple=True, metavar="LOG"),
     goals: str | None = opt("path", "TOML file: error, motion, torque, load range, carriage, draws."),
     quick: bool = opt(
         "flag", "Fewer samples: 400 lumped plants or plants with a carriage, none on the distributed cable."

@@ -13,9 +13,7 @@ METHOD = "share of the rows; conditional yield in twenty parts along each key; C
 )
 def command(
     store: str = argument("STORE.zarr", type=click.Path()),
-    goals: tuple[str, ...] = opt(
-        "GOAL", 'Such as "peak_error_deg < 0.05 deg"; repeatable.', multiple=True, flags="--goal"
-    ),
+    goals: tuple[str, ...] = opt("GOAL", 'Such as "peak_error_deg < 0.05 deg"; repeatable.', multiple=True),
     target: float = opt(float, "Yield that is wanted.", 0.99, metavar="SHARE"),
 ) -> Answer:
     """Yield of the rows of STORE.zarr against every --goal, and the intervals of keys that would raise it."""
