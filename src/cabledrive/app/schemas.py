@@ -90,19 +90,15 @@ track        text: controller plant observer count: seed texts: broken_assumptio
              position_bound_mm
 """
 """The objects that each command answers, with "@" before the keys that a result declares."""
-
-
-def answers() -> dict[str, list[str]]:
-    """The same by command."""
-    found: dict[str, list[str]] = {}
-    for name, words in re.findall(r"^(\w+) +(.*(?:\n .*)*)", ANSWERS, re.M):
-        found.setdefault(name, []).append(words)
-    return found
+BY_COMMAND: dict[str, list[str]] = {}
+for _name, _words in re.findall(r"^(\w+) +(.*(?:\n .*)*)", ANSWERS, re.M):
+    BY_COMMAND.setdefault(_name, []).append(_words)
 
 
 def answer_schema(command: str) -> dict[str, Any]:
     """The schema of what a command prints with ``--json``."""
-    return {"anyOf": [schema_of(f"{own} object: provenance text: incomplete?") for own in answers()[command]]}
+    origin = "object: provenance text: incomplete?"
+    return {"anyOf": [schema_of(f"{own} {origin}") for own in BY_COMMAND[command]]}
 
 
 def schema_of(keys: Keys | str) -> dict[str, Any]:

@@ -95,15 +95,11 @@ def provenance(
 ) -> Provenance:
     """What a page is made again with; its time is now unless given, in UTC where it names no time zone."""
     at = written_at or datetime.now(UTC)
+    packages = tuple((name, version(name)) for name in _PACKAGES)
+    versions = (("cabledrive", __version__), ("Python", platform.python_version()), *packages)
     return Provenance(
         written_at=(at if at.tzinfo else at.replace(tzinfo=UTC)).astimezone(UTC),
-        versions=versions(),
+        versions=versions,
         hashes=tuple(hashes),
         methods=tuple(dict.fromkeys(methods)),
     )
-
-
-def versions() -> tuple[tuple[str, str], ...]:
-    """Programs that a page is made with, `cabledrive` first, and their versions."""
-    packages = tuple((name, version(name)) for name in _PACKAGES)
-    return (("cabledrive", __version__), ("Python", platform.python_version()), *packages)

@@ -229,7 +229,9 @@ def resonance_map(request: Request) -> Response:
     """The map, as the command `resonance --map` draws it; with a motion, its path."""
     desk: Desk = request.app.state.desk
     try:
-        drive = _two_pulleys(desk, request)
+        drive = drive_of(desk.library, state_of(request.url.query, desk.first))
+        require_two_pulleys(drive, "`resonance`")
+        assert isinstance(drive, Drive)
         torque = request.query_params.get("torque", "")[:40]
         found = resonance(drive, torque=to_si(torque, "N m") if torque else None)
         chosen = request.query_params.get("motion")
@@ -244,13 +246,6 @@ def resonance_map(request: Request) -> Response:
 @lru_cache(maxsize=KEPT)
 def _map(drive: Drive, torque: float) -> GrowthMap:
     return growth_map(drive, torque=torque)
-
-
-def _two_pulleys(desk: Desk, request: Request) -> Drive:
-    drive = drive_of(desk.library, state_of(request.url.query, desk.first))
-    require_two_pulleys(drive, "`resonance`")
-    assert isinstance(drive, Drive)
-    return drive
 
 
 def _told(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:

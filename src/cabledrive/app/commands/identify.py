@@ -69,7 +69,8 @@ def command(
 
     from cabledrive.app.identify_answer import pinged, split_answer
     from cabledrive.identification.axis.answer import IdentifyOptions
-    from cabledrive.identification.one_log import identify, load_options
+    from cabledrive.identification.logs.reading import open_log, read_log
+    from cabledrive.identification.one_log import identify, is_long, load_options
 
     if drive is None:
         refuse_not_of("axis", "belongs to --ping DRIVE: add that, or leave it out")
@@ -83,8 +84,8 @@ def command(
     if tensions:
         refuse_not_of("split", "is not for --tension: leave it out")
         return split_answer(logs, tensions, options.columns)
-    if page is not None:
-        _check_drawable(logs[0], options)
+    if page is not None and is_long(open_log(logs[0], options.columns)):
+        raise InputRefused(f"--report: {logs[0]} is too long to be drawn: leave it out, or cut the log")
     found = identify(
         logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method, progress=note
     )
@@ -92,38 +93,22 @@ def command(
     text = _text(data)
     if other is not None:
         from cabledrive.identification.axis.check import against, words_of
-        from cabledrive.identification.logs.reading import read_log
 
         log = read_log(other, options.columns)
         alone = identify(log, options, model=model, method=method, progress=note)
         data["against"] = against(found, alone, log, options.axis)
         text = "\n".join([text, *words_of(data["against"])])
     if page is not None:
-        _write_page(logs, found, options, page)
+        from cabledrive.report.log_page import write_log_report
+
+        first = read_log(logs[0], options.columns)  # whole: one that is read in blocks is not drawn
+        write_log_report(first, found, page.path, options=options.axis, files=logs, force=page.force)
     return Answer(
         data=data,
         text=text,
         provenance=provenance(method=str(found.method["name"])),
         incomplete=_incomplete(found),
     )
-
-
-def _check_drawable(log: str, options: Any) -> None:
-    """Refuse a page of a log that is read in blocks, before the work."""
-    from cabledrive.identification.logs.reading import open_log
-    from cabledrive.identification.one_log import is_long
-
-    if is_long(open_log(log, options.columns)):
-        raise InputRefused(f"--report: {log} is too long to be drawn: leave it out, or cut the log")
-
-
-def _write_page(logs: tuple[str, ...], found: Any, options: Any, page: NewFile) -> None:
-    """The figures of the first log, whole: a log that is read in blocks is not drawn."""
-    from cabledrive.identification.logs.reading import read_log
-    from cabledrive.report.log_page import write_log_report
-
-    log = read_log(logs[0], options.columns)
-    write_log_report(log, found, page.path, options=options.axis, files=logs, force=page.force)
 
 
 def _incomplete(found: Any) -> str | None:

@@ -163,6 +163,8 @@ def response_of_machine(
     if speed:
         found = 2j * np.pi * frequency * found
     sag = straight_limit(network_of(drive), 2 * np.pi * top)
+    parts = (*drive.body, *drive.pulley, *drive.motor)
+    rubs = any(part.coulomb_friction > 0.0 for part in parts)
     data: dict[str, Any] = {
         "frequency_hz": frequency,
         "magnitude": np.abs(found),
@@ -173,7 +175,7 @@ def response_of_machine(
         "left_out": [],
         "warnings": [
             *([f"a force on {force_on} does not move {motion_of}: zero but for round-off"] if still else []),
-            *(["Coulomb friction is left out"] if _rubs(drive) else []),
+            *(["Coulomb friction is left out"] if rubs else []),
             *([sag] if sag else []),
         ],
     }
@@ -191,9 +193,3 @@ def _is_zero(drive: RoutedDrive, frequency: Array, force_on: str, motion_of: str
         return False
     own = [np.abs(machine_response(drive, frequency, name, name)) for name in (force_on, motion_of)]
     return bool((np.abs(found) <= ROUND_OFF * np.sqrt(own[0] * own[1])).all())
-
-
-def _rubs(drive: RoutedDrive) -> bool:
-    return any(
-        part.coulomb_friction > 0.0 for group in (drive.body, drive.pulley, drive.motor) for part in group
-    )

@@ -121,10 +121,10 @@ def _of_a_loop(drive: Drive, name: str) -> tuple[Section, ...]:
 
 def _of_routes(drive: RoutedDrive, name: str, pairs: Table | None) -> tuple[Section, ...]:
     """Sections of the page of a machine with routes."""
-    parts: dict[tuple[str, str], tuple[Block | None, ...]] = {
-        ("travel", "Over the travel"): tuple(travel_figures(drive, name)),
-        ("pairs", "Pairs near internal resonance"): (pairs,),
-        ("spans", "Spans and pulleys"): (spans_table(drive), pulleys_table(drive)),
-    }
-    kept = {head: tuple(block for block in own if block is not None) for head, own in parts.items()}
-    return tuple(Section(title, anchor, own) for (anchor, title), own in kept.items() if own)
+    parts: tuple[tuple[str, str, tuple[Block | None, ...]], ...] = (
+        ("Over the travel", "travel", tuple(travel_figures(drive, name))),
+        ("Pairs near internal resonance", "pairs", (pairs,)),
+        ("Spans and pulleys", "spans", (spans_table(drive), pulleys_table(drive))),
+    )
+    made = (Section(title, anchor, tuple(filter(None, own))) for title, anchor, own in parts)
+    return tuple(section for section in made if section.blocks)
