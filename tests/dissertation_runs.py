@@ -1,13 +1,18 @@
-"""`track` as the dissertation runs it: its gains and its pulse of order 9, unless a test gives others."""
+"""Runs with the dissertation's gains and its pulse of order 9, unless a test gives others; loops."""
 
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from cabledrive.parameters import Drive
-from cabledrive.rig import Motion
+from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as track_anew
+from cabledrive.rig.closed_loop.loop import Loop, close_loop
+from cabledrive.rig.laws.controllers import Controller, DesignSpec
 from cabledrive.rig.setting import DISSERTATION_ORDER
 from cabledrive.rig.tracking import Tracking
+from cabledrive.rig.tuning import design
 
 
 def track(
@@ -18,3 +23,17 @@ def track(
     if motion.order is None:
         motion = replace(motion, order=DISSERTATION_ORDER)
     return track_anew(drive, motion=motion, gains=gains, **choices)
+
+
+def loop_of(
+    law: str | Controller,
+    drive: Drive,
+    motion: Motion,
+    options: RigOptions | None = None,
+    plant: Any = None,
+    **choices: Any,
+) -> Loop:
+    """A loop around a law, given or designed by its name without a word of the rig's options."""
+    made = design(law, DesignSpec(drive, motion, **choices)) if isinstance(law, str) else law
+    spec = DesignSpec(drive, motion, options=options or RigOptions())
+    return close_loop(spec, made, np.random.default_rng(0), plant)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from cabledrive.parameters import load_drive
-from cabledrive.rig.closed_loop.loop import close_loop, run
+from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.laws.controllers import DesignSpec, plant_chain
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.tuning import design
-from dissertation_runs import track
+from dissertation_runs import loop_of, track
 from oracles.loop_reference import run_reference
 
 DRIVE = load_drive("dissertation-3")
@@ -31,10 +31,7 @@ def peak(controller, options=IDEAL, **choices):
 @pytest.mark.parametrize("options", [IDEAL, CENTRED], ids=["ideal", "kalman"])
 def test_compiled_loop_is_the_readable_loop(options):
     """To some thousandths of a count of 6e-4 rad: friction stops the compiled plant at an internal step."""
-    spec = DesignSpec(DRIVE, SHORT)
-    loop = close_loop(
-        DesignSpec(DRIVE, SHORT, options=options), design("darc-4-damped", spec), np.random.default_rng(0)
-    )
+    loop = loop_of("darc-4-damped", DRIVE, SHORT, options)
     commands, angles = run_reference(loop, 400)
     done = run(loop, last=400)
     np.testing.assert_allclose(done.log[:400, 2], angles, atol=5e-3 * COUNT)

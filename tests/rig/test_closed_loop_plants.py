@@ -8,12 +8,10 @@ import pytest
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers
-from cabledrive.rig.closed_loop.loop import close_loop, run
-from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.plant_samples import over, sampled_loops
-from cabledrive.rig.tuning import design
 from control_chains import INTERVAL, model, states_of
-from dissertation_runs import track
+from dissertation_runs import loop_of, track
 from oracles.readable_plant import ReadablePlant
 
 CHAIN = model(4)
@@ -135,20 +133,9 @@ SMOOTH = RigOptions(ideal_sensors=True, smooth_friction=True)
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
 
 
-def loop_of(law, options=SMOOTH, motion=SHORT, plant_model=None):
-    spec = DesignSpec(DRIVE, motion)
-    generator = np.random.default_rng(0)
-    return close_loop(
-        DesignSpec(DRIVE, motion, options=options),
-        design(law, spec),
-        generator,
-        plant_model and f"model-{plant_model}",
-    )
-
-
 @pytest.mark.parametrize("law, plant", [("darc-1", 1), ("darc-3", 3), ("darc-4-damped", 4)])
 def test_many_plants_score_what_single_runs_score(law, plant):
-    loop = loop_of(law, plant_model=plant)
+    loop = loop_of(law, DRIVE, SHORT, SMOOTH, f"model-{plant}")
     found = over(sampled_loops(loop, 20, 5))
     many = np.column_stack((found.peak_torque, found.saturated))
     single = np.array([run(one, log=False).state.summary[4:6] for one in sampled_loops(loop, 20, 5)])
@@ -166,19 +153,8 @@ def on_cable(controller, options=IDEAL, **choices):
 def test_cable_starts_as_its_row_of_inertias_does():
     """Twenty samples: too short for the cable's own modes to matter."""
     motion = Motion(angle=20.0, rise=0.002, dwell=0.001)
-    spec = DesignSpec(DRIVE, motion)
     options = replace(IDEAL, segments=4)
-    found = [
-        run(
-            close_loop(
-                DesignSpec(DRIVE, motion, options=options),
-                design("pd", spec),
-                np.random.default_rng(0),
-                "cable" if c else None,
-            )
-        )
-        for c in (False, True)
-    ]
+    found = [run(loop_of("pd", DRIVE, motion, options, plant)) for plant in (None, "cable")]
     row, cable = (done.log[: len(done.log), 0] for done in found)
     assert np.abs(row).max() > 1e-4
     assert np.abs(row - cable).max() < 0.05 * np.abs(row).max(), (

@@ -13,7 +13,7 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, natural_frequencies_of
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
+from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
 from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers, plant_chain
@@ -21,8 +21,7 @@ from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_learn
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.plant_samples import sampled_chain
 from cabledrive.rig.setting import Spreads
-from cabledrive.rig.tuning import design
-from dissertation_runs import track
+from dissertation_runs import loop_of, track
 
 DRIVE = load_drive("dissertation-3")
 SPEC = DesignSpec(DRIVE, Motion())
@@ -82,10 +81,7 @@ SPREADS = {
 
 def worst_errors(draws):
     """Of each of the spreads [deg]; the motor is drawn in its printed bounds, but for the last."""
-    options, worst = RigOptions(), {}
-    loop = close_loop(
-        DesignSpec(DRIVE, Motion(), options=options), backstepping(SPEC, 4), np.random.default_rng(0)
-    )
+    worst, loop = {}, loop_of(backstepping(SPEC, 4), DRIVE, Motion())
     for name, spreads in SPREADS.items():
         peaks = []
         for generator in np.random.default_rng(3).spawn(draws):
@@ -161,7 +157,7 @@ def closed(chain: LumpedChain, hertz: float, options: RigOptions, design: Lumped
     """The law on the chain; ``design``: as the law believes it to be."""
     spec = DesignSpec(CARRIER, MOTION, bandwidth=hertz)
     law = law_for_chain(spec, design or chain, tuning=TUNING)
-    return close_loop(DesignSpec(CARRIER, MOTION, options=options), law, np.random.default_rng(0), chain)
+    return loop_of(law, CARRIER, MOTION, options, chain)
 
 
 def peak(loop: Loop) -> float:
@@ -205,9 +201,8 @@ SHORT, OTHER = (
 HERTZ = {"pd": 6.0, "dob": 4.0, "shaper": 6.0, "darc-3-damped": 9.0, "darc-4-damped": 27.0}
 
 
-def loop_of(name: str, motion: Motion):
-    made = design(name, DesignSpec(DRIVE, motion, bandwidth=HERTZ.get(name)))
-    return close_loop(DesignSpec(DRIVE, motion), made, np.random.default_rng(0))
+def named_loop(name: str, motion: Motion):
+    return loop_of(name, DRIVE, motion, bandwidth=HERTZ.get(name))
 
 
 @pytest.mark.parametrize(
@@ -215,9 +210,12 @@ def loop_of(name: str, motion: Motion):
 )
 def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name, tmp_path, measured):
     path = tmp_path / "controller.json"
-    path.write_text(json.dumps(controller_numbers(loop_of(name, SHORT), DRIVE, "motor"), allow_nan=False))
+    path.write_text(json.dumps(controller_numbers(named_loop(name, SHORT), DRIVE, "motor"), allow_nan=False))
     found = best_track(DRIVE, controller=str(path), motion=OTHER)
-    loop, first = loop_of(name, OTHER), loop_of(name, SHORT)  # adaptation and filter are tuned to a motion
+    loop, first = (
+        named_loop(name, OTHER),
+        named_loop(name, SHORT),
+    )  # adaptation and filter are tuned to a motion
     settled = first.observer._replace(gains=first.observer.gains[-1:])
     made = replace(loop.controller, law=first.controller.law)
     same = run(replace(loop, observer=settled, controller=made)).log
@@ -231,11 +229,11 @@ def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name,
 def learning_loop(name: str, motion: Motion):
     """Law and settled filter made for the short motion, along another one."""
     first = DesignSpec(DRIVE, SHORT, bandwidth=22.0)
-    designed = close_loop(DesignSpec(DRIVE, SHORT), load_learning(first, name), np.random.default_rng(0))
+    designed = loop_of(load_learning(first, name), DRIVE, SHORT)
     settled = designed.observer._replace(gains=designed.observer.gains[-1:])
     spec, turning = DesignSpec(DRIVE, motion, bandwidth=22.0), TURNING * SHORT.rise
     made = replace(load_learning(spec, name, turning), law=designed.controller.law)
-    loop = close_loop(DesignSpec(DRIVE, motion), made, np.random.default_rng(0))
+    loop = loop_of(made, DRIVE, motion)
     generator = designed.controller.generator
     generator = generator._replace(load=generator.load._replace(gains=settled.gains))
     controller = replace(made, reference=spec.rows(generator), generator=generator)

@@ -9,7 +9,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
+from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import (
@@ -22,15 +22,14 @@ from cabledrive.rig.margins import (
     torque_parts,
 )
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
+from dissertation_runs import loop_of
 
 DRIVE = cd.load_drive("dissertation-3")
-OPTIONS = RigOptions()
 
 
 @cache
 def loop() -> Loop:
-    made = design("darc-4-damped", DesignSpec(DRIVE, Motion(), best=True))
-    return close_loop(DesignSpec(DRIVE, Motion(), options=OPTIONS), made, np.random.default_rng(0))
+    return loop_of("darc-4-damped", DRIVE, Motion(), best=True)
 
 
 def test_linear_loop_is_the_rig_without_friction():
@@ -41,7 +40,7 @@ def test_linear_loop_is_the_rig_without_friction():
     law = made.law._replace(learning=made.law.learning * np.array([[1.0], [1.0], [1.0], [0.0], [1.0]]))
     law.learning[0, 2:] = 0.0
     still = replace(made, law=law, reference=np.zeros_like(made.reference), start=law.learning[0])
-    free = close_loop(DesignSpec(drive, Motion(), options=OPTIONS), still, np.random.default_rng(0))
+    free = loop_of(still, drive, Motion())
     scalars = free.observer.scalars.copy()
     scalars[[5, 7]] = 0.0
     off = 1e-3 / 1e-12
@@ -67,13 +66,8 @@ def test_track_takes_the_law_that_compare_lists(name, measured):
     assert made.gains["bandwidth_hz"] == listed.bandwidth
     assert made.tuning == told.tuning
     higher = SETTINGS_HZ[SETTINGS_HZ.index(listed.bandwidth) + 1]
-    loop = close_loop(
-        DesignSpec(DRIVE, motion, options=OPTIONS),
-        law_at(name, higher, listed.filter, spec),
-        np.random.default_rng(0),
-    )
     most = RIPPLE_SHARE * DRIVE.motor.torque_limit
-    margins = margins_of(loop)
+    margins = margins_of(loop_of(law_at(name, higher, listed.filter, spec), DRIVE, motion))
     assert listed.margins["disk"] >= LEAST_DISK
     assert margins.ripple > most or margins.disk < LEAST_DISK
 
@@ -105,10 +99,9 @@ def test_best_gains_leave_the_torque_below_its_limit_whatever_changes_the_loop(o
 MOTION = Motion(angle=5.0, rise=0.2, dwell=0.05, order=11)
 
 
-def loop_of(name, hertz, *overrides):
+def loop_at(name, hertz, *overrides):
     drive = cd.load_drive("dissertation-3", overrides=list(overrides))
-    made = CONTROLLERS[name](DesignSpec(drive, MOTION, bandwidth=hertz))
-    return close_loop(DesignSpec(drive, MOTION), made, np.random.default_rng(0))
+    return loop_of(CONTROLLERS[name](DesignSpec(drive, MOTION, bandwidth=hertz)), drive, MOTION)
 
 
 def stable_with(loop, factor):
@@ -128,14 +121,14 @@ def stable_with(loop, factor):
     "name, hertz", [("pd", 11.0), ("lqi", 30.0), ("lqg-dob", 20.0), ("darc-4-damped", 25.0)]
 )
 def test_the_gain_margin_is_the_factor_at_which_the_loop_becomes_unstable(name, hertz):
-    loop = loop_of(name, hertz)
+    loop = loop_at(name, hertz)
     margin = margins_of(loop).gain
     assert stable_with(loop, 0.98 * margin)
     assert not stable_with(loop, 1.02 * margin)
 
 
 def test_a_loop_that_does_not_settle_has_no_margin():
-    found = margins_of(loop_of("pd", 300.0))
+    found = margins_of(loop_at("pd", 300.0))
     assert (found.disk, found.gain, found.phase, found.ripple) == (0.0, 1.0, 0.0, np.inf)
 
 
@@ -143,7 +136,7 @@ def test_a_loop_that_does_not_settle_has_no_margin():
     "overrides", [(), ("sensors.delay=1 ms",), ("sensors.delay=0.3 ms", "motor.current_bandwidth=100 Hz")]
 )
 def test_every_gain_and_phase_in_the_disk_leaves_the_loop_stable(overrides):
-    loop = loop_of("lqi", 12.0, *overrides)
+    loop = loop_at("lqi", 12.0, *overrides)
     found = margins_of(loop)
     half = 0.99 * found.disk / 2.0
     for turn in np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)):

@@ -14,7 +14,6 @@ from cabledrive.reduction.transporter import transporter_of
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions, track
 from cabledrive.rig.carriage import CarriageMove, move_carriage
-from cabledrive.rig.closed_loop.loop import close_loop
 from cabledrive.rig.laws.controller_file import controller_numbers
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import LOAD_LEARNING as LEARNING
@@ -22,6 +21,7 @@ from cabledrive.rig.laws.load_learning import SCHEDULED
 from cabledrive.rig.plant_samples import Disturbances, disturbances_of, disturbed_loop
 from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout, parse_payload_range
 from cabledrive.rig.tuning import design
+from dissertation_runs import loop_of
 from hanging_loads import scaled_transporter
 
 DRIVE = cd.load_drive("dissertation-3")
@@ -62,8 +62,7 @@ def unmade_law(**changes):
 
 
 def late_plant():
-    made = design("lqi", DesignSpec(DRIVE, SHORT, bandwidth=20.0))
-    loop = close_loop(DesignSpec(DRIVE, SHORT), made, np.random.default_rng(4))
+    loop = loop_of("lqi", DRIVE, SHORT, bandwidth=20.0)
     disturbed_loop(loop, Disturbances(added_delay=(1e-3, 1e-3)), np.random.default_rng(0))
 
 
@@ -271,9 +270,7 @@ def test_what_is_no_controller_and_settings_that_parts_of_ones_own_do_not_have_a
 
 
 def controller_file(folder, law="pd", hertz=6.0, **changes):
-    made = design(law, DesignSpec(DRIVE, SHORT, bandwidth=hertz))
-    loop = close_loop(DesignSpec(DRIVE, SHORT), made, np.random.default_rng(0))
-    data = controller_numbers(loop, DRIVE, "motor") | changes
+    data = controller_numbers(loop_of(law, DRIVE, SHORT, bandwidth=hertz), DRIVE, "motor") | changes
     (folder / "controller.json").write_text(json.dumps(data))
     return folder / "controller.json"
 

@@ -8,25 +8,18 @@ from scipy.stats import binom
 
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion
-from cabledrive.rig.closed_loop.loop import Loop, close_loop, run
-from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.laws.load_learning import run_indirect
 from cabledrive.rig.margins import expected_bound
 from cabledrive.rig.plant_samples import sampled_loops
 from cabledrive.rig.setting import Spreads
-from cabledrive.rig.tuning import design
-from dissertation_runs import track
+from dissertation_runs import loop_of, track
 
 DRIVE = load_drive("dissertation-3")
 TWO = Motion(pulses=2)
 DRAWS, SEED = 1000, 2027
 WHOLE = pytest.param(DRAWS, marks=pytest.mark.verify)
 RARE = 1e-3
-
-
-def loop_of(name: str, motion: Motion, **choices) -> Loop:
-    spec = DesignSpec(DRIVE, motion, **choices)
-    return close_loop(DesignSpec(DRIVE, motion), design(name, spec), np.random.default_rng(0))
 
 
 INTERVALS = ("beta", "gamma", "inertia", "viscous", "coulomb", "offset", "load_coulomb", "load_viscous")
@@ -59,7 +52,7 @@ def learnt_of(loop, found):
 @cache
 def learning(draws=DRAWS, rubbing=False, best=True, seed=SEED):
     """Peaks and the twist that friction holds at rest, (draws, 4) [deg]; what was learnt, (draws, 10)."""
-    loop = loop_of("darc-indirect", TWO, best=best)
+    loop = loop_of("darc-indirect", DRIVE, TWO, best=best)
     spreads, rows = Spreads(load_coulomb=0.02 / 0.0376) if rubbing else None, []
     for one in sampled_loops(loop, draws, seed, spreads):
         _, done, found = run_indirect(one)
@@ -169,7 +162,7 @@ def test_law_that_learns_at_the_printed_gains(measured):
 @pytest.mark.parametrize("draws", [100, WHOLE])
 def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three(draws, best, measured):
     """How near the worst comes needs the thousand."""
-    loop = loop_of("darc-4-damped", Motion(), best=best)
+    loop = loop_of("darc-4-damped", DRIVE, Motion(), best=best)
     bound, worst, outside = expected_bound(loop).total, 0.0, 0
     for one in sampled_loops(loop, draws, SEED + 1):
         error = np.abs(run(one).log[:, 2] - one.target)
