@@ -12,11 +12,12 @@ from cabledrive.control.own_controller import checked_controller
 from cabledrive.control.regression import RepetitionLearning, lifted, repetition_learning, torque_along
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
 from cabledrive.rig.laws.load_learning import CHANGING, INDIRECT, LOAD_LEARNING, SCHEDULED
-from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS, known_name, main_laws
+from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS, OPEN_LOOPS, known_name
 from cabledrive.rig.margins import bound_over_draws, closed_loop, response, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import (
     Disturbances,
@@ -251,7 +252,8 @@ COMPARED = RigOptions(forbid_slack=False)
 
 def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
     """Laws compared where none are named, simplest first; more where the load changes, or for a stepper."""
-    *fixed, learning = main_laws(drive)
+    rigid = "darc-3-damped" if highest_model(drive) < 4 else "darc-4-damped"
+    *fixed, learning = (rigid if name == "darc-4-damped" else name for name in MAIN_LAWS)
     steppers = OPEN_LOOPS if drive.motor is not None and drive.motor.holding_stiffness else ()
     changing = (SCHEDULED, CHANGING) if disturbances.changes_load else ()
     return (*steppers, *fixed, *changing, learning)

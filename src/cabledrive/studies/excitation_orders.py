@@ -19,7 +19,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.mode_map import Grid, Mode, distinct, over, points_of
+from cabledrive.studies.mode_map import Grid, Mode, distinct, over
 
 MARGIN = 0.05
 _STRAINED = 1e-2
@@ -131,7 +131,7 @@ def excitation(
     rates_of = {order.name: frequency_per_speed(grid.drive, order, coordinate) for order in orders}
     covered = max(rates_of.values()) * high / (1.0 - margin)
     axes, _, points = over(grid, {"below": covered}, distinct)
-    places = points_of(axes)[0]
+    places = np.meshgrid(*(axis.values[0] for axis in axes), indexing="ij")[0].ravel()
     branches = tuple(_branches(points))
     met = (
         _zone((order, rates_of[order.name]), branch, places, (low, high), margin)

@@ -106,12 +106,6 @@ class Mode(NamedTuple):
     hertz: float
 
 
-def points_of(axes: Sequence[Axis]) -> Array:
-    """Values of the first key of each axis at every point of a grid, shape (axes, points)."""
-    grid = np.meshgrid(*(axis.values[0] for axis in axes), indexing="ij")
-    return np.array([values.ravel() for values in grid])
-
-
 def distinct(_: Drive | RoutedDrive, found: Modes | None, below: float) -> dict[str, Any]:
     """Every distinct mode of a point below a frequency [Hz], ascending."""
     listed: list[Mode] = []
@@ -153,7 +147,7 @@ Read = Callable[[Drive | RoutedDrive, Modes | None, Any], dict[str, Any]]
 
 
 def over(grid: Grid, most: dict[str, Any], read: Read) -> tuple[list[Axis], str, list[dict[str, Any]]]:
-    """Axes of a grid, how the motor is held, and what each point holds, in the order of `points_of`.
+    """Axes of a grid, how the motor is held, and what each point holds, the last axis fastest.
 
     ``most``: count of modes, or below which frequency [Hz], as of `cabledrive.modes`. Beside what is read a
     point holds whether its list is certified, and why it has none.

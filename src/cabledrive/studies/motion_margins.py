@@ -8,7 +8,6 @@ import numpy as np
 
 from cabledrive.mechanics.network.span_table import follows
 from cabledrive.mechanics.network.statics import unheld_words
-from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.motion_tensions import MotionTensions, motion_tensions
 from cabledrive.studies.planned_motion import PlannedMotion
@@ -186,7 +185,11 @@ def motion_margins(
     """Margins of ropes, wraps, teeth and motors along a motion; ``wraps``: by pulley [rad]."""
     found = motion_tensions(drive, motion)
     spans, motors = _spans(drive, found), _motors(drive, found)
-    pulleys = tuple(sorted(_pulleys(drive, found, wraps or {}), key=lambda own: own.margin or np.inf))
+    wrapped = (
+        n for n, span in enumerate(drive.free_spans) if span.wrap is not None and span.end.pulley is not None
+    )
+    rows = (_pulley(drive, number, found, wraps or {}) for number in wrapped)
+    pulleys = tuple(sorted(rows, key=lambda own: own.margin or np.inf))
     first = found.networks[0]
     rise, risen = (float(np.abs(own - found.rest).max()) for own in (found.even, found.vibrating))
     return MotionMargins(
@@ -228,31 +231,21 @@ def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
     return tuple(rows)
 
 
-def _pulleys(drive: RoutedDrive, found: MotionTensions, given: Mapping[str, float]) -> list[PulleyMargin]:
-    pieces = found.networks[0].pieces
-    rows = []
-    for number, span in enumerate(drive.free_spans):
-        if span.wrap is None or span.end.pulley is None:
-            continue
-        own = (i for i, other in enumerate(drive.free_spans) if other.route == span.route)
-        after = next(i for i in own if follows(drive, number, i))
-        last = max(i for i, piece in enumerate(pieces) if piece.span == number)
-        first = min(i for i, piece in enumerate(pieces) if piece.span == after)
-        wraps = [one.drive.free_spans[number].wrap for one in found.networks]
-        sides = found.vibrating[:, last, 1], found.vibrating[:, first, 0]
-        wrap = found.share @ np.array(wraps, dtype=float)
-        if drive.pulley[span.end.pulley].name in given:
-            wrap = np.full_like(wrap, given[drive.pulley[span.end.pulley].name])
-        rows.append(_pulley(drive, number, found, sides, wrap))
-    return rows
-
-
 def _pulley(
-    drive: RoutedDrive, number: int, found: MotionTensions, sides: tuple[Array, Array], wrap: Array
+    drive: RoutedDrive, number: int, found: MotionTensions, given: Mapping[str, float]
 ) -> PulleyMargin:
-    span = drive.free_spans[number]
+    """The pulley at the end of a span; ``given``: wraps by pulley [rad]."""
+    pieces, span = found.networks[0].pieces, drive.free_spans[number]
     assert span.end.pulley is not None
     pulley, rope = drive.pulley[span.end.pulley], drive.ropes[span.route]
+    own = (i for i, other in enumerate(drive.free_spans) if other.route == span.route)
+    after = next(i for i in own if follows(drive, number, i))
+    last = max(i for i, piece in enumerate(pieces) if piece.span == number)
+    first = min(i for i, piece in enumerate(pieces) if piece.span == after)
+    sides = found.vibrating[:, last, 1], found.vibrating[:, first, 0]
+    wrap = found.share @ np.array([one.drive.free_spans[number].wrap for one in found.networks], dtype=float)
+    if pulley.name in given:
+        wrap = np.full_like(wrap, given[pulley.name])
     tight, loose = np.maximum(*sides), np.minimum(*sides)
     ratio = np.maximum(tight, 1e-300) / np.maximum(loose, 1e-300)
     needed = np.where(loose > 0.0, np.log(ratio) / wrap, np.inf)

@@ -109,12 +109,6 @@ MAIN_LAWS = ("pd", "pid", "lqg", "lqi", "darc-4-damped", LOAD_LEARNING)
 """What is compared, studied and listed first; the others where all are asked for."""
 
 
-def main_laws(drive: Drive) -> tuple[str, ...]:
-    """Laws that are compared and studied where none are named, simplest first."""
-    rigid = "darc-3-damped" if highest_model(drive) < 4 else "darc-4-damped"
-    return tuple(rigid if name == "darc-4-damped" else name for name in MAIN_LAWS)
-
-
 def known_name(name: str | None, drive: Drive) -> str:
     """Name of a law; default: with a flexible motor joint "darc-4-damped", else "darc-3"."""
     if name is None:
