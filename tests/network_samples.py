@@ -1,7 +1,6 @@
 """Random networks; machines with routes, of the tests' own files and made of drives with two pulleys."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,11 @@ ROUTES = Path(__file__).parent / "parameters" / "routes"
 def route(name, *overrides):
     """A machine of the tests' own files."""
     return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
+
+
+def evenly(tension, length):
+    """Tension along a rope that changes evenly from its start to its end."""
+    return lambda x: tension[0] + (tension[1] - tension[0]) * np.asarray(x) / length
 
 
 def random_network(rng, moving):
@@ -84,7 +88,7 @@ def random_elastic_network(rng):
         rows = rows if bending else rows[[0, 2]]
         own = [_row(one) for one in rows]
         half = len(own) // 2
-        hold = partial(_even, tension, length)
+        hold = evenly(tension, length)
         tag = ((number, ACROSS),)
         links.append(
             elements.Rope(
@@ -114,11 +118,6 @@ def random_hanging_network(rng):
         ropes.append(HangingRope(*own))
         links.append(rope_of(ropes[-1], number))
     return _with(component, links), strings, ropes, mass, spring, others
-
-
-def _even(tension, length, x):
-    """Tension that changes evenly."""
-    return tension[0] + (tension[1] - tension[0]) * np.asarray(x) / length
 
 
 def rope_of(own, number=0):

@@ -6,17 +6,14 @@ from parts import held
 
 import cabledrive as cd
 from cabledrive.modal.elements import ACROSS, Rope
+from network_samples import evenly
 from oracles.rope_fem import Beam, frequencies
 
 
 def clamped(tension, bending, *, length=1.0, density=1.0, first=6):
     """First frequencies [rad/s] of a rope between ends that are held and, if it bends, clamped."""
     ends = ((), ()) if bending else ((),)
-
-    def hold(x):
-        return tension[0] + (tension[1] - tension[0]) * np.asarray(x) / length
-
-    rope = Rope(ends, ends, length, hold, density, ((0, ACROSS),), bend=bending)
+    rope = Rope(ends, ends, length, evenly(tension, length), density, ((0, ACROSS),), bend=bending)
     number, mean = (first + 1.6) * np.pi / length, 0.5 * sum(tension)
     return held(rope, number * np.sqrt((mean + bending * number**2) / density))[:first]
 

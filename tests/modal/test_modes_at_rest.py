@@ -1,6 +1,5 @@
 """Transverse modes under the tension that is there, against closed forms and finite elements of the rest."""
 
-from functools import partial
 from itertools import pairwise
 from math import pi, radians, sqrt
 
@@ -17,6 +16,7 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotComputed, Pulley, packaged_drives
+from network_samples import evenly
 
 G = 9.81
 
@@ -74,16 +74,11 @@ def random_rope(rng):
 
     rows = [(), *(((i, 1.0),) for i in range(masses.size)), ()]
     ropes = [
-        Rope((rows[i],), (rows[i + 1],), size, partial(even, own, size), density, ((i, ACROSS),))
+        Rope((rows[i],), (rows[i + 1],), size, evenly(own, size), density, ((i, ACROSS),))
         for i, (size, *own) in enumerate(stretches)
     ]
     fixed = [Fixed(MASS, mass, row) for mass, row in zip(masses, rows[1:-1], strict=True)]
     return Component(range(masses.size), [*ropes, *fixed]), determinant
-
-
-def even(own, size, x):
-    """Tension that grows with the weight below."""
-    return own[0] + (own[1] - own[0]) * np.asarray(x) / size
 
 
 @pytest.mark.parametrize(

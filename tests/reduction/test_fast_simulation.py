@@ -1,7 +1,5 @@
 """The fast model behind the door of the exact one: agreement, energy, many runs at once."""
 
-import re
-
 import numpy as np
 import pytest
 
@@ -58,15 +56,6 @@ def test_energy_budget_closes_with_order_two(measured):
     measured(f"budget: order {order:.2f}, {usual:.1e} of the energy handled at the default step, 1 s")
     assert errors[-1] < 1e-4
     assert order == pytest.approx(2.0, abs=0.2), f"errors {errors}"
-
-
-def test_a_motion_that_outgrows_everything_ends_there_and_keeps_what_came_before():
-    """A pluck of a tenth of the span makes the motion diverge; finite records are kept, without warnings."""
-    result = simulate_fast(DRIVE, 0.1, start=Start(plucks=(Pluck(height=0.1),)))
-    assert re.search(r"slack at t =|exceeds the span", result.stopped)
-    assert 0 < result.time.size < 0.1 * 5000
-    assert np.all(np.isfinite(result.rows))
-    assert result.steps * result.step == pytest.approx(result.time[-1])
 
 
 FORCED = cd.load_drive("dissertation-2", overrides=["cable.transverse_damping=2"])

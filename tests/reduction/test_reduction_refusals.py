@@ -80,9 +80,13 @@ STEEP = Start(plucks=tuple(Pluck(height=0.02, span=span) for span in ("upper", "
     [
         ({"torque": Sine(amplitude=2.0, frequency=81.7)}, "slack at t ="),
         ({"start": STEEP, "scheme": FastScheme(sines=1)}, "slope"),
+        ({"start": Start(plucks=(Pluck(height=0.1),))}, "at t ="),  # it diverges
     ],
 )
-def test_a_motion_beyond_the_model_ends_with_its_cause(choices, cause):
+def test_a_motion_beyond_the_model_ends_with_its_cause_and_keeps_what_came_before(choices, cause):
     result = simulate_fast(DRIVE, 0.2, **choices)
     assert cause in result.stopped
-    assert bool(result.slack_events) == ("slack" in cause)
+    assert bool(result.slack_events) == ("slack" in result.stopped)
+    assert 0 < result.time.size < 0.2 * 5000
+    assert np.all(np.isfinite(result.rows))
+    assert result.steps * result.step == pytest.approx(result.time[-1])

@@ -52,23 +52,19 @@ def _stick_slip(matrix: Array, right: Array, coulomb: Array) -> Array:
 
 
 def _smoothed(matrix: Array, right: Array, coulomb: Array, smooth: Array, old: Array) -> Array:
+    def excess(speed: Array) -> Array:
+        return matrix @ speed + coulomb * np.tanh(0.5 * (speed + old) / smooth) - right
+
     speed = old.copy()
     for _ in range(200):
-        push = np.tanh(0.5 * (speed + old) / smooth)
-        excess = matrix @ speed + coulomb * push - right
+        push, left = np.tanh(0.5 * (speed + old) / smooth), excess(speed)
         slope = matrix + np.diag(0.5 * coulomb * (1.0 - push**2) / smooth)
-        # where the tangent is flat but the friction is not, the chord through zero keeps Newton from cycling
-        chord = matrix + np.diag(coulomb / np.maximum(np.abs(speed + old), 2.0 * smooth))
-        step = np.linalg.solve(slope, excess)
-        if np.linalg.norm(_excess(matrix, right, coulomb, smooth, old, speed - step)) > np.linalg.norm(
-            excess
-        ):
-            step = np.linalg.solve(chord, excess)
+        step = np.linalg.solve(slope, left)
+        if np.linalg.norm(excess(speed - step)) > np.linalg.norm(left):
+            # where the tangent is flat and the friction is not, the chord through zero keeps it from cycling
+            chord = matrix + np.diag(coulomb / np.maximum(np.abs(speed + old), 2.0 * smooth))
+            step = np.linalg.solve(chord, left)
         speed = speed - step
         if np.max(np.abs(step)) <= 1e-15 * np.max(np.abs(speed), initial=1e-300):
             break
     return speed
-
-
-def _excess(matrix: Array, right: Array, coulomb: Array, smooth: Array, old: Array, speed: Array) -> Array:
-    return matrix @ speed + coulomb * np.tanh(0.5 * (speed + old) / smooth) - right
