@@ -56,60 +56,41 @@ class Model:
             cuts = [0.0]
             for a, b in pairwise(stops):
                 cuts += list(a + (b - a) * np.arange(1, per_stretch + 1) / per_stretch)
-            elements = []
-            first = self._node(0.0, 0.0, held=True)
-            ends = [first]
+            elements, ends = [], [self._node(0.0)]
             for a, b in pairwise(cuts):
-                inner = [a + (b - a) * (t + 1) / 2 for t in self.basis[0][1:-1]]
-                nodes = [ends[-1], *(self._node(s * stretch, 0.0) for s in inner)]
-                last = b == cuts[-1]
-                nodes.append(self._node(b * stretch, 0.0, held=last))
+                inner = [a + (b - a) * (t + 1) / 2 for t in self.basis[0][1:]]
+                nodes = [ends[-1], *(self._node(s * stretch) for s in inner)]
                 ends.append(nodes[-1])
                 elements.append((np.array(nodes), (b - a) / 2.0))
+            self.held_y += [ends[0], ends[-1]]
             for c in drive.carriages_on(span):
-                node = ends[1 + int(np.argmin(np.abs(np.array(cuts[1:]) - c.position)))]
+                node = ends[int(np.argmin(np.abs(np.array(cuts) - c.position)))]
                 self.carriage[node] = (c.mass, gravity)
-                if c.guided:
-                    self.held_y.append(node)
-            self.spans.append((elements, gravity, first, ends[-1]))
+                self.held_y += [node] * c.guided
+            self.spans.append((elements, gravity, ends[0], ends[-1]))
         self.rigidity, self.density = cable.axial_rigidity, cable.mass_per_length
 
-    def _node(self, x, y, held=False):
-        self.start.append((x, y))
-        if held:
-            self.held_y.append(self.count)
+    def _node(self, x):
+        self.start.append((x, 0.0))
         self.count += 1
         return self.count - 1
 
     def maps(self, hold_drive, hold_load):
         """Matrix from unknowns to (x, y) of all nodes: rims of a loop move as one."""
-        drive = self.drive
-        rims = {}
-        if drive.kind == "loop":
-            rims = {
-                "drive": [self.spans[0][2], self.spans[1][3]],
-                "load": [self.spans[0][3], self.spans[1][2]],
-            }
-        else:
-            rims = {"drive": [self.spans[0][2]], "load": [self.spans[0][3]]}
-        at_rim = {node for nodes in rims.values() for node in nodes}
-        rows, columns, column = [], [], 0
-        for node in range(self.count):
-            if node not in at_rim:
-                rows.append(2 * node), columns.append(column)
-                column += 1
-            if node not in self.held_y:
-                rows.append(2 * node + 1), columns.append(column)
-                column += 1
-        place = {}
-        for name, held in (("drive", hold_drive), ("load", hold_load)):
-            if not held:
-                place[name] = column
-                for node in rims[name]:
-                    rows.append(2 * node), columns.append(column)
-                column += 1
-        matrix = np.zeros((2 * self.count, column))
-        matrix[rows, columns] = 1.0
+        upper, *lower = self.spans
+        rims = {
+            "drive": [upper[2], *(own[3] for own in lower)],
+            "load": [upper[3], *(own[2] for own in lower)],
+        }
+        held = {2 * node for nodes in rims.values() for node in nodes}
+        held |= {2 * node + 1 for node in self.held_y}
+        free = [unknown for unknown in range(2 * self.count) if unknown not in held]
+        names = [name for name, hold in (("drive", hold_drive), ("load", hold_load)) if not hold]
+        place = {name: len(free) + number for number, name in enumerate(names)}
+        matrix = np.zeros((2 * self.count, len(free) + len(place)))
+        matrix[free, range(len(free))] = 1.0
+        for name, column in place.items():
+            matrix[[2 * node for node in rims[name]], column] = 1.0
         return matrix, place
 
     def assemble(self, r):
