@@ -94,8 +94,7 @@ def test_friction_of_the_load_slows_it_whichever_way_it_turns(speed):
 def test_backlash_and_slack_spans_move_as_the_equations_written_out(play, slack, start):
     """Released from a wound-up joint and cable; contacts fall on internal steps, hence the tolerance."""
     given = np.array([start, 0.0, -start, 0.0, 0.0, 0.0, 0.0])
-    options = RigOptions(substeps=40, forbid_slack=False)
-    plant = chain_numbers(LOOSE, INTERVAL, options, links=(play, slack))
+    plant = chain_numbers(LOOSE, INTERVAL, RigOptions(substeps=40, forbid_slack=False), links=(play, slack))
     ours = states_of(plant, np.zeros(100), INTERVAL, given)
     theirs = readable(np.zeros(100), ReadablePlant(chain=LOOSE, play=play, slack=slack), given)
     size = np.abs(theirs).max(axis=0) + 1e-12
@@ -119,8 +118,7 @@ def test_energy_only_falls_without_torque(measured):
     chain = replace(CHAIN, offsets=(0.0,) * 3)
     plant = chain_numbers(chain, INTERVAL, RigOptions())
     states = states_of(plant, np.zeros(2000), INTERVAL, [0, 0, 0.2, 0, 0, 0, 0])
-    stiffness, inertia = np.array(chain.stiffness), np.array(chain.inertias)
-    stored = 0.5 * (np.diff(states[:, :3]) ** 2 @ stiffness + states[:, 3:6] ** 2 @ inertia)
+    stored = 0.5 * (np.diff(states[:, :3]) ** 2 @ plant.stiffness + states[:, 3:6] ** 2 @ plant.inertia)
     rises = np.diff(stored).max() / stored[0]
     measured(f"largest rise in a sample {rises:.1e} of the energy at the start")
     assert rises < 1e-12

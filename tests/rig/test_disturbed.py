@@ -32,8 +32,7 @@ def with_motor(**values):
 
 def pushed(torque, samples, *, play=0.0, slack=float("inf"), start=None):
     """States of the frictionless row under a torque on its motor."""
-    options = RigOptions(substeps=10, forbid_slack=False)
-    plant = chain_numbers(CHAIN, INTERVAL, options, links=(play, slack))
+    plant = chain_numbers(CHAIN, INTERVAL, RigOptions(substeps=10, forbid_slack=False), links=(play, slack))
     return states_of(plant, np.full(samples, torque), INTERVAL, start)
 
 

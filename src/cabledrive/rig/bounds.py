@@ -242,16 +242,6 @@ class Segment:
         self.feedback: Array = one.rows[0, self.memory :]
         self.ideal: theory.IdealLoop = theory.ideal_loop(one, self.chain, interval)
 
-    @property
-    def energy(self) -> Array:
-        """Norm in joules of angles and speeds, shape (2n, 2n)."""
-        n = self.chain.size
-        found = np.zeros((2 * n, 2 * n))
-        for i, stiffness in enumerate(self.chain.stiffness):
-            found[i : i + 2, i : i + 2] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        found[n:, n:] = np.diag(self.chain.inertias)
-        return found
-
 
 def switched_tube(parts: list[Segment], height: Array) -> Array:
     """Largest angle of the load by a torque within a height [N m], both of shape (samples,) [rad]."""
@@ -283,7 +273,11 @@ def switched_parts(parts: list[Segment], error: Array) -> tuple[Array, Array]:
     unmatched[0, kept:] = error[0]
     memory = np.zeros(kept)
     for one in parts:
-        matrix, push, energy = one.ideal.matrix, one.ideal.push, one.energy
+        matrix, push, n = one.ideal.matrix, one.ideal.push, one.chain.size
+        energy = np.zeros((2 * n, 2 * n))  # norm in joules of angles and speeds
+        for i, stiffness in enumerate(one.chain.stiffness):
+            energy[i : i + 2, i : i + 2] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        energy[n:, n:] = np.diag(one.chain.inertias)
         weight = energy @ push[kept:] / (push[kept:] @ energy @ push[kept:])
         for k in range(one.first, min(one.last, count - 1)):
             after = matrix @ np.concatenate((memory, error[k]))
