@@ -111,6 +111,7 @@ def asked(scheme=None, pluck=None, start=None, recording=None, **others):
 
 
 PUSH = CarriageForce(signal=1.0)
+SQUEEZED = {"height": -0.02, "plane": "u", "shape": "sine-2"}
 BRIEF = CarriageForce(signal=Sampled(values=[0.0, 1.0], rate=1e3))
 LINE = replace(DRIVE, kind="line")
 
@@ -144,6 +145,9 @@ LINE = replace(DRIVE, kind="line")
         ("does not know carriages", {"drive": GUIDED, "scheme": {"method": "node-centred"}}),
         ("11: an error estimate halves", {"scheme": {"segments": 11}, "error_estimate": True}),
         ("does not know slack", {"scheme": {"method": "node-centred", "slack": "tension-only"}}),
+        ("weak-consistent", {"scheme": {"method": "energy-conserving", "model": "weak"}}),
+        ("verlet", {"scheme": {"method": "energy-conserving", "slack": "tension-only"}}),
+        ("upper span is slack at x = .* lower the pluck", {"pluck": SQUEEZED}),
     ],
 )
 def test_a_run_that_makes_no_sense_is_refused_in_one_line(words, parts):
