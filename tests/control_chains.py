@@ -76,11 +76,11 @@ class Moving(NamedTuple):
     terms: np.ndarray
 
 
-def states_of(plant, commands, hold, start=None, load=0.0):
-    """States after each command, held for a time [s], from rest or a state."""
+def states_of(plant, commands, start=None):
+    """States after each command, from rest or a state."""
     x = np.zeros(2 * len(plant.inertia) + 1) if start is None else np.array(start, dtype=float)
     s, found = Moving(x, np.zeros((5, len(x)))), []
     for u in commands:
-        move(plant, s, float(u), 0.0, 0.0, 0.0, load, 0.0, hold)
+        move(plant, s, float(u), 0.0, 0.0, 0.0, 0.0, 0.0, INTERVAL)
         found.append(x.copy())
     return np.array(found)

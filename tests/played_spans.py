@@ -41,16 +41,14 @@ def drawn(seed, **given):
     return figures | given, rng
 
 
-def played(
-    seed, *, drive=None, duration=2.0, rate=2000.0, segments=80, swing=0.0, noise=0.05, probe=0.29, **given
-):
+def played(seed, *, drive=None, duration=2.0, rate=2000.0, segments=80, noise=0.05, probe=0.29, **given):
     """Play both spans of a loop; noise is relative to the largest value."""
     figures, rng = drawn(seed, **given)
     known = drive or load_drive("dissertation-3", overrides=[*BRAKED, *NO_FRICTION])
     cable = replace(known.cable, pretension=figures["pretension"], transverse_damping=figures["damping"])
     true, radius = replace(known, cable=cable), known.drive_pulley.radius
     half = figures["share"] * cable.pretension
-    turned = half * known.span_length / cable.axial_rigidity * (1.0 + swing) / radius
+    turned = half * known.span_length / cable.axial_rigidity / radius
     plucks = tuple(
         Pluck(height=height, place=place, span=span)
         for height, place, span in zip(figures["heights"], figures["places"], SPANS, strict=True)
@@ -72,9 +70,9 @@ def played(
     return Played(log=log, drive=known, upper=cable.pretension - half, lower=cable.pretension + half)
 
 
-def carrying(mass=6e-5):
+def carrying():
     """The cable of configuration 3 in the transporter, a carriage hanging at 0.3 m of the upper span."""
-    settings = {"mass": mass, "position": 0.3, "guided": "false"}
+    settings = {"mass": 6e-5, "position": 0.3, "guided": "false"}
     overrides = [*(f"carriage.0.{key}={value}" for key, value in settings.items()), *BRAKED]
     base = load_drive("dissertation-transporter", overrides=overrides)
     return replace(base, cable=load_drive("dissertation-3").cable)

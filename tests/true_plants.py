@@ -179,11 +179,11 @@ def errors(truth: Truth, loop: Loop, runs: int, seed: int) -> np.ndarray:
     return found
 
 
-def shaken_log(truth: Truth, seconds: float, amplitude: float, seed: int, band=(0.25, 10.0)):
+def shaken_log(truth: Truth, seconds: float, amplitude: float, seed: int):
     """Torque as logged and angles as read, at the first shaft, under a multisine at 1 kHz."""
     generator, interval = np.random.default_rng(seed), 1e-3
     time = interval * np.arange(round(seconds / interval))
-    lines = np.arange(band[0], band[1], 0.25)
+    lines = np.arange(0.25, 10.0, 0.25)
     phases = generator.uniform(0.0, 2.0 * pi, len(lines))
     wave = np.sin(2.0 * pi * np.outer(time, lines) + phases).sum(axis=1)
     torque = amplitude * wave / np.abs(wave).max() + generator.normal(0.0, 0.005, time.size)
@@ -197,9 +197,9 @@ def shaken_log(truth: Truth, seconds: float, amplitude: float, seed: int, band=(
     return logged, read
 
 
-def log_text(truth: Truth, seconds: float, amplitude: float, seed: int, *, band=(0.25, 10.0)) -> str:
+def log_text(truth: Truth, seconds: float, amplitude: float, seed: int) -> str:
     """The same log of torque, motor, drive and load angle as comma-separated values."""
-    torque, read = shaken_log(truth, seconds, amplitude, seed, band)
+    torque, read = shaken_log(truth, seconds, amplitude, seed)
     columns, heads = [1e-3 * np.arange(torque.size), torque], ["time [s]", "torque [N m]"]
     for name, count, column in zip(("angle", "drive angle", "load angle"), truth.counts, read, strict=True):
         if count > 0.0:

@@ -21,9 +21,9 @@ from oracles.printed_darc_laws import LAWS, Machine, printed_states
 FLEXIBLE_JOINT = {1: False, 2: True, 3: False, 4: True}
 
 
-def law_of(number: int, *, damped: bool = False, bandwidth: float = 12.0, **options) -> LawNumbers:
+def law_of(number: int, *, bandwidth: float = 12.0, **options) -> LawNumbers:
     chain = model(number)
-    flat = flat_output(chain, damped=damped)
+    flat = flat_output(chain, damped=False)
     y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 2 * chain.size)
     bounds = darc.printed_bounds(chain, flexible_joint=FLEXIBLE_JOINT[number])
     gains = darc.darc_gains(number, bandwidth)

@@ -53,15 +53,15 @@ def test_filter_gives_the_derivatives_of_a_slow_sine():
         assert np.abs(row - exact).max() < 1e-5 * np.abs(exact).max()
 
 
-def rubbed(coulomb: float, viscous: float, extra: np.ndarray | float = 0.0) -> np.ndarray:
+def rubbed(coulomb: float, viscous: float) -> np.ndarray:
     """Angles before the load and of it in a pulse, with friction of the load; the twist by its own equation.
 
-    gamma twist' + beta twist = y'' + coulomb sgn(y') + viscous y' + extra, integrated in exact short steps.
+    gamma twist' + beta twist = y'' + coulomb sgn(y') + viscous y', integrated in exact short steps.
     """
     finer = 20
     time = np.arange(0.0, 2.0, INTERVAL / finer)
     y = pulse(0.785, 0.5, 0.5)(time, 2)
-    pull = y[2] + coulomb * np.sign(y[1]) + viscous * y[1] + extra
+    pull = y[2] + coulomb * np.sign(y[1]) + viscous * y[1]
     fading = np.exp(-BETA / GAMMA * INTERVAL / finer)
     twist = np.zeros(len(time))
     for i in range(1, len(time)):

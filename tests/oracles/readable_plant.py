@@ -43,12 +43,11 @@ class ReadablePlant:
             return stiffness * (taut + 0.5 * (twist - taut)) + 0.5 * damping * speed
         return stiffness * twist + damping * speed
 
-    def torques(self, x: list[float], motor: float, load: float) -> list[float]:
-        """Torque on every inertia without the motor's Coulomb friction; ``motor``, ``load``: from outside."""
+    def torques(self, x: list[float]) -> list[float]:
+        """Torque on every inertia without the motor's Coulomb friction."""
         chain, n = self.chain, self.chain.size
         found = [-b * w for b, w in zip(chain.viscous, x[n : 2 * n], strict=True)]
-        found[0] += x[2 * n] + chain.offsets[0] + motor
-        found[-1] += load
+        found[0] += x[2 * n] + chain.offsets[0]
         if n > 1:
             found[-1] -= chain.coulomb[-1] * tanh(self.slope * x[2 * n - 1])
         for i in range(n - 1):
@@ -57,60 +56,58 @@ class ReadablePlant:
             found[i + 1] += through
         return found
 
-    def rates(self, x: list[float], slip: int, u: float, motor: float, load: float) -> list[float]:
+    def rates(self, x: list[float], slip: int, u: float) -> list[float]:
         """Rates of angles, speeds and shaft torque; ``slip``: way of the motor, 0 where it sticks."""
         n = self.chain.size
-        found = self.torques(x, motor, load)
+        found = self.torques(x)
         found[0] -= slip * self.chain.coulomb[0]
         speeds = [torque / inertia for torque, inertia in zip(found, self.chain.inertias, strict=True)]
         if slip == 0 and self.chain.coulomb[0] > 0.0:
             speeds[0] = 0.0
         return [*x[n : 2 * n], *speeds, self.rate * (u - x[2 * n])]
 
-    def stepped(self, x: list[float], slip: int, inputs: tuple[float, float, float], h: float) -> list[float]:
+    def stepped(self, x: list[float], slip: int, u: float, h: float) -> list[float]:
         """State one step of Runge and Kutta on."""
-        one = self.rates(x, slip, *inputs)
-        two = self.rates([a + 0.5 * h * r for a, r in zip(x, one, strict=True)], slip, *inputs)
-        three = self.rates([a + 0.5 * h * r for a, r in zip(x, two, strict=True)], slip, *inputs)
-        four = self.rates([a + h * r for a, r in zip(x, three, strict=True)], slip, *inputs)
+        one = self.rates(x, slip, u)
+        two = self.rates([a + 0.5 * h * r for a, r in zip(x, one, strict=True)], slip, u)
+        three = self.rates([a + 0.5 * h * r for a, r in zip(x, two, strict=True)], slip, u)
+        four = self.rates([a + h * r for a, r in zip(x, three, strict=True)], slip, u)
         return [
             a + h / 6.0 * (p + 2.0 * (q + r) + s)
             for a, p, q, r, s in zip(x, one, two, three, four, strict=True)
         ]
 
-    def way(self, x: list[float], motor: float, load: float) -> int:
+    def way(self, x: list[float]) -> int:
         """Which way a motor at rest lets go; 0: friction holds it."""
-        torque = self.torques(x, motor, load)[0]
+        torque = self.torques(x)[0]
         return 0 if abs(torque) <= self.chain.coulomb[0] else int(copysign(1, torque))
 
-    def changes(self, x: list[float], slip: int, motor: float, load: float) -> bool:
+    def changes(self, x: list[float], slip: int) -> bool:
         """Whether the motor has let go, or has turned."""
         if slip == 0:
-            return self.way(x, motor, load) != 0
+            return self.way(x) != 0
         return slip * x[self.chain.size] < 0.0
 
-    def moved(
-        self, x: list[float], slip: int, u: float, time: float, motor: float = 0.0, load: float = 0.0
-    ) -> tuple[list[float], int]:
+    def moved(self, x: list[float], slip: int, u: float, time: float) -> tuple[list[float], int]:
         """State and way of the motor after a time under a constant command [N m]."""
-        n, rest, inputs = self.chain.size, time, (u, motor, load)
+        n, rest = self.chain.size, time
         if self.rate == 0.0:
             x = [*x[: 2 * n], u]
         sticks = self.chain.coulomb[0] > 0.0
         if sticks and slip == 0:
-            slip = self.way(x, motor, load)
+            slip = self.way(x)
         while rest > 1e-15:
             h = min(self.step, rest)
-            later = self.stepped(x, slip, inputs, h)
-            if sticks and self.changes(later, slip, motor, load):
+            later = self.stepped(x, slip, u, h)
+            if sticks and self.changes(later, slip):
                 early, late = 0.0, h
                 for _ in range(HALVINGS):
                     h = 0.5 * (early + late)
-                    later = self.stepped(x, slip, inputs, h)
-                    early, late = (early, h) if self.changes(later, slip, motor, load) else (h, late)
+                    later = self.stepped(x, slip, u, h)
+                    early, late = (early, h) if self.changes(later, slip) else (h, late)
                 h = late
-                later = self.stepped(x, slip, inputs, h)
+                later = self.stepped(x, slip, u, h)
                 later[n] = 0.0
-                slip = self.way(later, motor, load)
+                slip = self.way(later)
             x, rest = later, rest - h
         return x, slip

@@ -22,11 +22,6 @@ COUNT = 2.0 * np.pi / 10_000
 """Of an encoder [rad]."""
 
 
-def peak(controller, options=IDEAL, **choices):
-    found = track(DRIVE, controller=controller, options=options, **choices)
-    return found.summary["peak_error_deg"]
-
-
 @pytest.mark.kernel
 @pytest.mark.parametrize("options", [IDEAL, CENTRED], ids=["ideal", "kalman"])
 def test_compiled_loop_is_the_readable_loop(options):
@@ -43,7 +38,8 @@ def test_compiled_loop_is_the_readable_loop(options):
 )
 def test_ideal_states_leave_the_error_of_the_law_itself(controller, expected):
     """First trials by another program: 0.131, 0.078 and, adapting by a tenth, 0.015 to 0.018 deg."""
-    assert peak(controller) == pytest.approx(expected, abs=0.002)
+    said = track(DRIVE, controller=controller, options=IDEAL).summary
+    assert said["peak_error_deg"] == pytest.approx(expected, abs=0.002)
 
 
 def test_leaving_out_the_cable_damping_is_what_limits_the_printed_law():

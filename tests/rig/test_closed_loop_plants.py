@@ -20,21 +20,21 @@ COUNT = 2 * np.pi / 10_000
 """Of an encoder [rad]: what a law can see."""
 
 
-def readable(commands, plant, start=None, load=0.0):
+def readable(commands, plant, start=None):
     """States after each command by the plant for the reader, from rest or a state."""
     x, slip, states = [0.0] * 7 if start is None else [float(v) for v in start], 0, []
     if start is not None and start[3] != 0.0:
         slip = int(np.sign(start[3]))
     for u in commands:
-        x, slip = plant.moved(x, slip, float(u), INTERVAL, load=load)
+        x, slip = plant.moved(x, slip, float(u), INTERVAL)
         states.append(x)
     return np.array(states)
 
 
-def motion(commands, *, substeps=1, rate=0.0, smooth=False, chain=CHAIN, hold=INTERVAL):
+def motion(commands, *, substeps=1, rate=0.0, smooth=False, chain=CHAIN):
     """States after each command, from rest."""
-    plant = chain_numbers(chain, hold, RigOptions(substeps=substeps, smooth_friction=smooth), rate=rate)
-    return states_of(plant, commands, hold)
+    plant = chain_numbers(chain, INTERVAL, RigOptions(substeps=substeps, smooth_friction=smooth), rate=rate)
+    return states_of(plant, commands)
 
 
 def wave(samples):
@@ -83,7 +83,7 @@ def test_friction_of_the_load_slows_it_whichever_way_it_turns(speed):
     chain = replace(LOOSE, coulomb=(0.0, 0.0, 0.02))
     start = np.array([0.0, 0.0, 0.0, speed, speed, speed, 0.0])
     plant = chain_numbers(chain, INTERVAL, RigOptions(smooth_friction=True))
-    x = states_of(plant, np.zeros(50), INTERVAL, start)[-1]
+    x = states_of(plant, np.zeros(50), start)[-1]
     theirs, free = (readable(np.zeros(50), ReadablePlant(chain=one), start)[-1] for one in (chain, LOOSE))
     assert abs(x[5]) < abs(free[5])
     np.testing.assert_allclose(x - free, theirs - free, atol=1e-3 * np.abs(theirs - free).max())
@@ -95,7 +95,7 @@ def test_backlash_and_slack_spans_move_as_the_equations_written_out(play, slack,
     """Released from a wound-up joint and cable; contacts fall on internal steps, hence the tolerance."""
     given = np.array([start, 0.0, -start, 0.0, 0.0, 0.0, 0.0])
     plant = chain_numbers(LOOSE, INTERVAL, RigOptions(substeps=40, forbid_slack=False), links=(play, slack))
-    ours = states_of(plant, np.zeros(100), INTERVAL, given)
+    ours = states_of(plant, np.zeros(100), given)
     theirs = readable(np.zeros(100), ReadablePlant(chain=LOOSE, play=play, slack=slack), given)
     size = np.abs(theirs).max(axis=0) + 1e-12
     np.testing.assert_array_less(np.abs(ours - theirs).max(axis=0) / size, 2e-3)
@@ -117,7 +117,7 @@ def test_energy_only_falls_without_torque(measured):
     """Stored energy after each sample, from a wound-up cable, until friction holds the motor."""
     chain = replace(CHAIN, offsets=(0.0,) * 3)
     plant = chain_numbers(chain, INTERVAL, RigOptions())
-    states = states_of(plant, np.zeros(2000), INTERVAL, [0, 0, 0.2, 0, 0, 0, 0])
+    states = states_of(plant, np.zeros(2000), [0, 0, 0.2, 0, 0, 0, 0])
     stored = 0.5 * (np.diff(states[:, :3]) ** 2 @ plant.stiffness + states[:, 3:6] ** 2 @ plant.inertia)
     rises = np.diff(stored).max() / stored[0]
     measured(f"largest rise in a sample {rises:.1e} of the energy at the start")

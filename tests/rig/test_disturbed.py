@@ -30,12 +30,6 @@ def with_motor(**values):
     return replace(DRIVE, motor=replace(DRIVE.motor, **values))
 
 
-def pushed(torque, samples, *, play=0.0, slack=float("inf"), start=None):
-    """States of the frictionless row under a torque on its motor."""
-    plant = chain_numbers(CHAIN, INTERVAL, RigOptions(substeps=10, forbid_slack=False), links=(play, slack))
-    return states_of(plant, np.full(samples, torque), INTERVAL, start)
-
-
 def test_motion_with_backlash_converges_with_the_internal_step(measured):
     """Contacts are seen at internal steps: 20 us are 1e-3 deg from 2.5 us, the play itself 0.01."""
     loose = with_motor(backlash=radians(1.0))
@@ -67,7 +61,8 @@ def test_a_slack_span_carries_nothing_and_the_other_all(measured):
 def test_the_torque_across_a_slack_cable_is_continuous_and_half_as_stiff(measured):
     """Before anything moves, twice the twist at which a span goes slack gives 1.5 of its torque."""
     slack = 0.2
-    states = pushed(0.0, 1, slack=slack, start=[0.0, 0.0, -2.0 * slack, 0.0, 0.0, 0.0, 0.0])
+    plant = chain_numbers(CHAIN, INTERVAL, RigOptions(substeps=10, forbid_slack=False), links=(0.0, slack))
+    states = states_of(plant, np.zeros(1), [0.0, 0.0, -2.0 * slack, 0.0, 0.0, 0.0, 0.0])
     torque = states[0, 5] / INTERVAL * CHAIN.inertias[2]
     measured(f"{torque / (slack * CHAIN.stiffness[1]):.3f} times the torque at which it goes slack")
     assert torque == pytest.approx(1.5 * slack * CHAIN.stiffness[1], rel=0.03)

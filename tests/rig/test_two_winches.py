@@ -19,7 +19,7 @@ CAMERA = cd.load_drive("camera-winches")
 RAIL = cd.load_drive(str(Path(__file__).parents[2] / "examples" / "rail_winches.toml"))
 
 
-def winches_of(mass=30.27, viscous=0.1, coulomb=0.0):
+def winches_of(mass, coulomb=0.0):
     """The packaged machine in the words of the oracle, from the figures of its file."""
     return Winches(
         sheaves=np.array([[0.0, 15.0], [60.0, 15.0]]),
@@ -30,7 +30,7 @@ def winches_of(mass=30.27, viscous=0.1, coulomb=0.0):
         loss=473.0,
         drum=0.1,
         inertia=0.169 + 0.03 + 2.6e-3 * (0.1 / 0.08) ** 2,
-        viscous=viscous,
+        viscous=0.1,
         coulomb=coulomb,
         mass=mass,
         weight=mass * 9.81,

@@ -170,7 +170,7 @@ def test_bound_holds_in_a_thousand_of_a_thousand_and_is_within_three(draws, best
     words = f"bound {np.degrees(bound.max()):.3f}, worst {np.degrees(worst):.3f} deg"
     measured(f"{words}, {bound.max() / worst:.2f} times; {outside} of {draws} outside")
     assert outside == 0
-    assert draws < DRAWS or bound.max() <= 3.0 * worst
+    assert bound.max() <= (3.0 if draws == DRAWS else 5.0) * worst
 
 
 @pytest.mark.parametrize("draws", [2, pytest.param(20, marks=pytest.mark.verify)])

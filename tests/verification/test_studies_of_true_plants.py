@@ -113,25 +113,25 @@ def by_the_sheet(name, draws):
     return run_study(DRIVES[name], [], goals(name, draws=draws))
 
 
-def failures(found, truth, goal, runs):
+def failures(found, truth, goal):
     """Runs of the chosen law on the machine that leave the goal."""
     case = load_case(found.known, found.goals, found.knowledge)
     loop = replace(case, torque=None).loop(case.law(found.laws.chosen))
-    return int(np.count_nonzero(errors(truth, loop, runs, seed=11) > goal))
+    return int(np.count_nonzero(errors(truth, loop, RUNS, seed=11) > goal))
 
 
-def kept(found, truth, measured, runs=RUNS):
+def kept(found, truth, measured):
     goal, answer = asked_for_what_it_reached(found)
     if answer != "yes":
         measured(
             f"{answer}: {[str(one) for one in found.knowledge.findings[:1]] or found.verdict.reasons[0]}"
         )
         return True
-    missed = failures(found, truth, goal, runs)
+    missed = failures(found, truth, goal)
     measured(
-        f"yes, {found.laws.chosen.controller} within {goal / DEGREE:.3g} deg; {missed} of {runs} runs beyond"
+        f"yes, {found.laws.chosen.controller} within {goal / DEGREE:.3g} deg; {missed} of {RUNS} runs beyond"
     )
-    return missed <= binom.isf(1e-3, runs, 0.01)
+    return missed <= binom.isf(1e-3, RUNS, 0.01)
 
 
 @pytest.mark.verify
@@ -186,11 +186,11 @@ def test_a_right_yes_of_the_sheet_stays_yes_with_a_log_and_is_right(name, seeds,
         path.write_text(log_text(truth, 12.0, SHAKES[name], seed=seed))
         goal, sheet = asked(name)
         found = run_study(DRIVES[name], [path], goals(name, draws=FEWEST, error=goal))
-        if failures(sheet, truth, goal, RUNS) == 0:
+        if failures(sheet, truth, goal) == 0:
             right += 1
             kept += found.verdict.answer == "yes"
         if found.verdict.answer == "yes":
-            assert failures(found, truth, goal, RUNS) <= 1, seed
+            assert failures(found, truth, goal) <= 1, seed
     measured(f"{right} of {len(seeds)} yeses of the sheet are right, {kept} of them stay with a log")
     assert kept == right
     assert right > 0
