@@ -6,14 +6,16 @@ from math import pi, radians, sqrt
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from parts import by_multiplicity
+from parts import by_multiplicity, irvine_roots
 from scipy.optimize import brentq
 from scipy.special import j0, j1, y0, y1
 
 import cabledrive as cd
 from cable_elements import Model, on_small_pulleys, random_machine
+from cabledrive.mechanics import rest_state
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
+from cabledrive.modal.pieces import sag_parameter
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotComputed, Pulley, packaged_drives
 from network_samples import evenly
@@ -21,18 +23,26 @@ from network_samples import evenly
 G = 9.81
 
 
+def line(length, density, tension, rigidity, inclination=0.0):
+    """A rope between held ends."""
+    return Drive(
+        name="line",
+        kind="line",
+        cable=Cable(given_rigidity=rigidity, mass_per_length=density, pretension=tension),
+        layout=Layout(span_length=length, gravity=G, inclination=inclination),
+        pulley=(Pulley(radius=0.1, inertia=0.01, fixed=True),) * 2,
+    )
+
+
+def across(modes, plane, count):
+    return np.array([mode.frequency for mode in modes.transverse if mode.plane == plane][:count])
+
+
 def test_hanging_rope_has_the_waves_of_bessel(measured):
     """80 m of 0.22 kg/m with 300 N below: 0.26008, 0.52041, 0.78068 Hz, the roots of J0 Y0 - J0 Y0."""
     mean = 300.0 + 0.22 * G * 40.0
-    rope = Drive(
-        name="rope",
-        kind="line",
-        cable=Cable(given_rigidity=1e13, mass_per_length=0.22, pretension=mean),
-        layout=Layout(span_length=80.0, gravity=G, inclination=radians(-90)),
-        pulley=(Pulley(radius=0.1, inertia=0.01, fixed=True),) * 2,
-    )
-    listed = cd.modes(rope, count=12).transverse
-    found = np.array([mode.frequency for mode in listed if mode.plane == "w"][:3])
+    listed = cd.modes(line(80.0, 0.22, mean, 1e13, radians(-90)), count=12)
+    found = across(listed, "w", 3)
     ends = [2 * sqrt(tension / 0.22) / G for tension in (300.0, 300.0 + 0.22 * G * 80.0)]
 
     def determinant(omega):
@@ -44,7 +54,18 @@ def test_hanging_rope_has_the_waves_of_bessel(measured):
     measured(f"{', '.join(f'{f:.5f}' for f in found)} Hz, relative error {error:.1e}")
     assert_allclose(found, [0.26008, 0.52041, 0.78068], atol=5e-6)
     assert error < 1e-10, f"relative error {error:.2e}"
-    assert {mode.model for mode in listed} == {"heavy string"}
+    assert {mode.model for mode in listed.transverse} == {"heavy string"}
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])
+def test_level_line_has_the_symmetric_modes_of_irvine_and_caughey(stiffness):
+    """Sag of 1e-4 of the span; lambda^2 from below 1 to above 4 pi^2."""
+    drive = line(10.0, 8e-3, 1000.0, stiffness * 1000.0)
+    (section,) = rest_state(drive).sections
+    found = cd.modes(drive, count=24)
+    symmetric = np.array(irvine_roots(sag_parameter(section.stretches))) / pi
+    expected = across(found, "v", 1) * np.sort([*symmetric, 2.0, 4.0, 6.0])[:6]
+    assert_allclose(across(found, "w", 6), expected, rtol=1e-7)
 
 
 def random_rope(rng):
