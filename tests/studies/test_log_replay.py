@@ -12,6 +12,7 @@ from cabledrive.identification.logs.log import ColumnMap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
 from cabledrive.report.figures.study_runs import intervals_picture
+from cabledrive.report.study.results import results_of
 from cabledrive.report.study.verdict import _quantities, _sheet
 from cabledrive.rig.laws.controllers import plant_chain
 from cabledrive.rig.setting import DEGREE
@@ -19,7 +20,6 @@ from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.goals import SPREADS
 from cabledrive.studies.study.knowledge_stage import know, known_drive, usable_log
 from cabledrive.studies.study.log_replay import TUNING, innovations
-from cabledrive.studies.study.pipeline import results_of
 from cabledrive.studies.study.plants import load_case
 from study_drives import drive_of, log_with
 from true_plants import errors, log_text, truth_of

@@ -10,6 +10,7 @@ from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import model_quality
+from cabledrive.report.study.results import results_of
 from cabledrive.rig import Motion, track
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.experiment import experiment
@@ -23,7 +24,7 @@ from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
 from cabledrive.studies.study.modes_stage import resonance_of
-from cabledrive.studies.study.pipeline import StudyResult, results_of
+from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.stage_cache import as_plain, revived
 from study_drives import (
     CASES,

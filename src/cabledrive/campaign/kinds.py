@@ -255,8 +255,8 @@ STUDY = {
 
 
 def _study(row: Row) -> Mapping[str, Any]:
+    from cabledrive.report.study.results import results_of
     from cabledrive.studies.study import Goals, run_study
-    from cabledrive.studies.study.pipeline import results_of
 
     given: dict[str, Any] = dict(row.goals) | {"seed": row.seed}
     if row.options.get("quick", True):

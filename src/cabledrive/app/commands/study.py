@@ -92,8 +92,8 @@ def _finished_before(folder: Path, asked: str) -> dict[str, Any] | None:
 def _without_chain(drive: RoutedDrive, why: str, logs: int, folder: Path, asked: str) -> dict[str, Any]:
     """Modes, internal resonance and margins of a machine, with its page."""
     from cabledrive.parameters.drive_file import drive_text
+    from cabledrive.report.study.results import DRIVE, REPORT, finish, study_without_chain
     from cabledrive.report.writing import report_html
-    from cabledrive.studies.study.pipeline import DRIVE, REPORT, finish, study_without_chain
 
     results = study_without_chain(drive, why, logs)
     note("report")
@@ -112,9 +112,9 @@ def _goals(file: str | None, quick: bool, every_law: bool) -> "Goals":
 def _studied(
     drive: Drive, logs: tuple[str, ...], wanted: "Goals", folder: Path, asked: str
 ) -> dict[str, Any]:
+    from cabledrive.report.study.results import write_files
     from cabledrive.report.study_page import study_html
     from cabledrive.studies.study import run_study
-    from cabledrive.studies.study.pipeline import write_files
     from cabledrive.studies.study.stage_cache import sweep
 
     sweep(folder)

@@ -1,1 +1,1 @@
-"""The chapters of a study's report, one file each, in the order in which they are read."""
+"""The chapters of a study's report, one file each, in the order in which they are read, and the files beside it."""

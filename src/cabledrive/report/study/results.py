@@ -1,0 +1,241 @@
+"""What a study leaves besides its page: results, the drive as it is known, the law as numbers."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
+from cabledrive.mechanics.network.statics import statics_of
+from cabledrive.modal import modes
+from cabledrive.parameters import InputRefused, NotComputed, content_hash
+from cabledrive.parameters.drive_file import drive_text
+from cabledrive.parameters.files import with_own_hash, write_whole
+from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.version import __version__
+from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
+from cabledrive.rig.laws.controller_file import plain_numbers
+from cabledrive.studies.route_pairs import route_resonance
+from cabledrive.studies.study import stage_cache
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.bandwidth_cost import CarriageController
+from cabledrive.studies.study.carriage import CarriageCase
+from cabledrive.studies.study.goals import error_unit, goal_of
+from cabledrive.studies.study.pipeline import StudyResult
+from cabledrive.studies.study.plants import load_case
+
+COUNT = 6
+REMEDY = "name another axis (--axis), or give a machine whose load is the end of a chain"
+
+
+def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, Any]:
+    """Plain data of a study's results, SI; ``why``: no controller; ``logs``: how many were given."""
+    found, statics = modes(drive, count=COUNT), statics_of(drive)
+    spans, pulleys = span_rows(drive, statics), pulley_rows(drive, statics)
+    resonance: dict[str, Any] | None = None
+    try:
+        near = route_resonance(drive)
+    except (InputRefused, NotComputed) as refusal:
+        reason = f"internal resonance not computed: {refusal}"
+    else:
+        names = ("verdict", "threshold_torque", "longitudinal_hz", "frequency_ratio", "nearest_span")
+        resonance = {name: getattr(near, name) for name in names}
+        reason = f"internal resonance: {near.verdict}; {near.reasons[0]}"
+    cautions = [*route_warnings(drive), *found.warnings]
+    if logs:
+        cautions.append(f"{logs} logs were not used: without a chain there is nothing to identify")
+    return {
+        "verdict": "unknown",
+        "headline": f"no controller: {why}",
+        "candidates": [],
+        "reasons": [f"no controller: {why}", reason],
+        "findings": [
+            {"id": "no-chain", "value": None, "value_reason": why, "limit": None, "unit": "", "decides": True}
+        ],
+        "remedies": [REMEDY],
+        "cautions": cautions,
+        "margins": {
+            "lowest_tension": min(min(row["tension_start"], row["tension_end"]) for row in spans),
+            "safety_factor": min(
+                (row["safety_factor"] for row in spans if row["safety_factor"] is not None), default=None
+            ),
+            "spans": spans,
+            "pulleys": pulleys,
+        },
+        "drive": drive.name,
+        "drive_hash": content_hash(drive),
+        "stages": {
+            "modes": {
+                "longitudinal_hz": [mode.frequency for mode in found.longitudinal],
+                "transverse_hz": [mode.frequency for mode in found.transverse],
+                "certified": found.certified,
+                "certified_reason": found.certified_reason,
+            },
+            "resonance": resonance,
+        },
+        "provenance": {
+            "cabledrive": __version__,
+            "drive": drive.name,
+            "drive_hash": content_hash(drive),
+            "method": "certified modes, pairs near internal resonance, tensions at rest",
+        },
+    }
+
+
+RESULTS, REPORT, DRIVE, CONTROLLER = "results.json", "report.html", "drive.toml", "controller.json"
+ACCEPTED = ("draws", "peaks", "failed", "saturated", "largest_torque", "worst")
+LOAD_KEYS, CARRIAGE_KEYS = ("plant", "inside", "reason"), ("rests", "smallest_tension")
+"""Keys of an acceptance, and those that only loads, and only carriages, have."""
+METHOD = "study in stages, each kept by the hash of its inputs"
+
+
+def results_of(result: StudyResult) -> dict[str, Any]:
+    """The content of ``results.json``, plain data, SI."""
+    verdict, laws = result.verdict, result.laws
+    stages = {
+        "check": result.check,
+        "identification": result.knowledge,
+        "modes": result.modes,
+        "resonance": result.resonance,
+        "demand": result.demand,
+        "model": result.model,
+        "controller": result.controller,
+        "laws": None,
+    }
+    if laws.scores and not result.carried:
+        stages["laws"] = {"chosen": laws.chosen, "cable": [_scored(one) for one in laws.cable_scores]}
+    accepted: dict[str, Any] = {"carriage": None}
+    if not result.carried:
+        kinds = {"lumped": result.runs, "cable": result.cable}
+        accepted = {kind: _shown(runs, LOAD_KEYS) for kind, runs in kinds.items()}
+    elif result.runs.draws:
+        shown = _shown(result.runs, CARRIAGE_KEYS)
+        shown["quantile_99_error_at_rest"] = result.runs.quantile(0.99, rest=True)
+        if shown["worst"]:
+            shown["worst"]["course"] = shown["worst"].pop("reference")
+        accepted = {"carriage": shown}
+    goals, unit, reached = stage_cache.as_plain(result.goals), error_unit(result.goals), verdict.reached
+    key, size = f"reached_error_{unit.name}", reached.error if reached else None
+    error: dict[str, Any] = {key: None if size is None else unit.of(size)}
+    candidates = [
+        {
+            f"worst_{unit.name}": one["worst"] and unit.of(one["worst"]),
+            f"reached_{unit.name}": one["reached"] and one["reached"].error and unit.of(one["reached"].error),
+            **{name: one[name] for name in ("controller", "setting", "share", "share_low", "plant", "runs")},
+            "ended_early": one["failed"],
+            "holds": one["holds"],
+            "reason": one["reason"] or ("" if goal_of(result.goals) is not None else "no error goal given"),
+        }
+        for one in map(_scored, laws.scores)
+    ]
+    error |= {name: getattr(reached, name, None) for name in ("share", "confidence")}
+    if size is None:
+        why = "too many runs ended early" if reached else "no law was run on drawn plants"
+        error |= {f"{name}_reason": why for name in tuple(error) if error[name] is None}
+    return {
+        "verdict": verdict.answer,
+        "headline": verdict.reasons[0],
+        **error,
+        "candidates": candidates,
+        "reasons": list(verdict.reasons),
+        "findings": [finding.data for finding in result.knowledge.findings],
+        "remedies": list(verdict.remedies),
+        "cautions": list(verdict.cautions),
+        "margins": stage_cache.as_plain(verdict.margins),
+        "drive": result.drive.name,
+        "drive_hash": content_hash(result.drive),
+        **({"axis": result.drive.words} if isinstance(result.drive, AxisDrive) else {}),
+        "goals": {name: value for name, value in goals.items() if name not in ("columns", "spreads")},
+        "stages": {name: stage_cache.as_plain(stage) for name, stage in stages.items()}
+        | {"acceptance": accepted},
+        "study": result.key,
+        "provenance": {
+            "cabledrive": __version__,
+            "drive": result.drive.name,
+            "drive_hash": content_hash(result.drive),
+            "logs": {log.name: log.sha256 for log in result.check.logs},
+            "source_hash": stage_cache.sources_hash(),
+            "method": METHOD,
+            "seed": result.goals.seed,
+        },
+    }
+
+
+def _scored(found: AcceptanceResult) -> dict[str, Any]:
+    """A law and what its runs say of it."""
+    about = {"controller": found.law.controller, "setting": found.law.words, "runs": found.draws}
+    names = ("plant", "failed", "reached", "share", "share_low", "holds", "reason")
+    same = {name: getattr(found, name) for name in names}
+    return about | same | {"worst": found.peaks[-1] if found.peaks else None}
+
+
+def _shown(found: AcceptanceResult, more: tuple[str, ...]) -> dict[str, Any]:
+    data = {name: stage_cache.as_plain(getattr(found, name)) for name in (*ACCEPTED, *more)}
+    data["reached"] = found.share
+    shares = {"median": 0.5, "quantile_95": 0.95, "quantile_99": 0.99, "largest": 1.0}
+    return data | {f"{name}_error": found.quantile(share) for name, share in shares.items()}
+
+
+def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
+    """The law and its filter as numbers that another program can run; none where no controller was found."""
+    goals, control = result.goals, result.controller
+    # So that who exports the law is told what the study says of it.
+    said = {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
+    chosen = result.laws.chosen
+    if chosen is None:
+        return None
+    if isinstance(control, CarriageController):  # tables over the carriage's place; forces at the rim
+        assert control.bandwidth is not None
+        machine = CarriageCase(result.known, result.goals)
+        limit = machine.limit * machine.design.radius
+        return {
+            "about": "See cabledrive.control.transporter.ScheduledLaw and scheduled_kernels beside it",
+            "name": control.name,
+            "bandwidth_hz": control.bandwidth,
+            "radius": machine.design.radius,
+            "interval": machine.interval,
+            "count": machine.count,
+            "encoders": ["drive", "load"] if control.both else ["drive"],
+            "torque_limit": limit if np.isfinite(limit) else None,
+            "law": plain_numbers(machine.loop(control.bandwidth).law._asdict()),
+            "stated_bound": None,
+            "study": said,
+        }
+    case = load_case(result.known, goals, result.knowledge)
+    numbers = law_and_filter(case.loop(case.law(chosen)), result.known, case.spec.feedback)
+    return numbers | {
+        "logs": {log.name: log.sha256 for log in result.check.logs},
+        "setting": chosen.words,
+        "study": said,
+        "stated_bound": control.bound if chosen.model is not None and control is not None else None,
+    }
+
+
+def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
+    """Write everything a study leaves, the results last; returns the content of ``results.json``."""
+    controller, drive = controller_numbers(result), result.drive
+    # A machine with routes as its file gives it, which a chain does not change.
+    identified = drive_text(drive.machine if isinstance(drive, AxisDrive) else result.known)
+    written: dict[str, str] = {REPORT: report, DRIVE: identified}
+    if controller is not None:
+        written[CONTROLLER] = json.dumps(controller, indent=1, allow_nan=False) + "\n"
+    return finish(folder, written, results_of(result), asked=asked, code=code)
+
+
+def finish(
+    folder: Path, written: dict[str, str], results: dict[str, Any], *, asked: str, code: str
+) -> dict[str, Any]:
+    """Write a study's files, results last; an old controller goes where there is none."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in written.items():
+        write_whole(folder / name, text, force=True)
+    if CONTROLLER not in written:
+        (folder / CONTROLLER).unlink(missing_ok=True)
+    hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in written.items()}
+    data = results | {"asked": asked, "code": code, "files": hashes}
+    data = with_own_hash(json.loads(json.dumps(data, allow_nan=False)))
+    write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
+    return data
