@@ -12,26 +12,27 @@ GAINS = np.array([0.1, 3.0, H])
 TIME = H * np.arange(300)
 
 
-def observed(torque):
+def observed(torque, axis=AXIS):
     out = np.zeros((5, TIME.size))
-    observe(AXIS, GAINS, torque, np.zeros(TIME.size), np.array([0.0, 5.0]), out)
+    observe(axis, GAINS, torque, np.zeros(TIME.size), np.array([0.0, 5.0]), out)
     return out
 
 
-def test_what_a_disturbance_adds_to_the_angle_is_the_derivative_of_the_observer():
-    """By central differences, along a motion that does not turn, to first order in h b / J."""
-    torque = 0.03 + 0.01 * np.sin(40.0 * TIME)
+@pytest.mark.parametrize("slope", [0.0, 0.5])
+def test_what_a_disturbance_adds_to_the_angle_is_the_derivative_of_the_observer(slope):
+    """By central differences, along a motion that does not turn, to first order in h (b + c K) / J."""
+    torque, axis = 0.03 + 0.01 * np.sin(40.0 * TIME), np.array([*AXIS[:4], slope])
     disturbances = np.array([np.cos(25.0 * TIME), 1.0 - TIME])
-    *_, side, jump = observed(torque)
-    assert np.all(side == 1.0)
+    *_, side, jump = observed(torque, axis)
+    assert np.all(side == 1.0) or slope > 0.0
     found = np.zeros_like(disturbances)
-    answers(AXIS, GAINS, disturbances, jump, found)
+    answers(axis, GAINS, disturbances, jump, found)
     step = 1e-5
     for answer, disturbance in zip(found, disturbances, strict=True):
-        up, down = (observed(torque + sign * step * disturbance)[0] for sign in (1.0, -1.0))
+        up, down = (observed(torque + sign * step * disturbance, axis)[0] for sign in (1.0, -1.0))
         expected = (down - up) / (2.0 * step)  # an innovation is the angle less the predicted one
         gap = np.abs(answer - expected).max() / np.abs(expected).max()
-        assert gap < H * AXIS[1] / AXIS[0], f"observed {gap:.1e}"
+        assert gap < H * (axis[1] + axis[2] * slope) / axis[0], f"observed {gap:.1e}"
 
 
 def test_a_disturbance_adds_nothing_more_where_the_axis_sticks():
