@@ -33,16 +33,15 @@ def with_tension(name, tension):
     return cd.load_drive(name, overrides=[f"cable.pretension={tension}"])
 
 
-def rung(drive, seed, *, duration=2.0, rate=2000.0, decay=2.0, span="upper", partials=3):
-    """A ping by its modes alone, with noise of 5 % of its largest value; the drive's own guess is off."""
+def rung(drive, seed, *, rate=2000.0, decay=2.0):
+    """Two seconds of three modes of the upper span alone, with noise of 5 % of their largest value."""
     rng = np.random.default_rng(seed)
-    time = np.arange(round(duration * rate)) / rate
-    frequencies = [
-        m.frequency for m in cd.modes(drive, count=40).transverse if m.span == span and m.plane == "v"
-    ]
+    time = np.arange(round(2.0 * rate)) / rate
+    modes = cd.modes(drive, count=40).transverse
+    frequencies = [m.frequency for m in modes if m.span == "upper" and m.plane == "v"]
     clean = sum(
         np.exp(-0.5 * decay * time) * np.cos(2 * np.pi * f * time + rng.uniform(0, 6)) / (k + 1) ** 2
-        for k, f in enumerate(frequencies[:partials])
+        for k, f in enumerate(frequencies[:3])
     )
     return time, clean + NOISE * np.abs(clean).max() * rng.normal(size=time.size)
 
@@ -541,12 +540,11 @@ def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
 # --- A ping tells the tension of a named span of a machine with routes, and two pings compare two belts
 
 
-def ring(tension, seed, *, rate=4000.0, duration=2.0):
-    """Three decaying tones of the string formula, with noise, and the time."""
+def ring(tension, seed):
+    """Two seconds of three decaying tones of the string formula, with noise, and the time."""
     rng = np.random.default_rng(seed)
-    time = np.arange(round(duration * rate)) / rate
-    strain = tension / 19.4e3
-    first = np.sqrt(tension * (1.0 + strain) / 8.3e-3) / (2.0 * LENGTH)
+    time = np.arange(8000) / 4000.0
+    first = np.sqrt(tension * (1.0 + tension / 19.4e3) / 8.3e-3) / (2.0 * LENGTH)
     tones = [np.exp(-2.0 * time) * np.cos(2 * np.pi * k * first * time + k) / k**2 for k in (1, 2, 3)]
     clean = np.sum(tones, axis=0)
     return time, clean + 0.03 * np.abs(clean).max() * rng.normal(size=time.size)
