@@ -174,12 +174,12 @@ def test_weighted_sum_bounds_every_uncertainty_within_the_box():
 def test_a_constant_gain_meets_condition_1_with_h_squared_over_four_gains():
     sigma = np.linspace(-1e6, 1e6, 2001)
     found = robust_conditions(LAW, sigma, np.tile(REST[0], (2001, 1)), 0.04)
-    assert found.dissipative
-    assert found.worst <= found.epsilon * (1.0 + 1e-12)
+    assert found["condition_2"]
+    assert found["worst"] <= found["epsilon"] * (1.0 + 1e-12)
     h = (LAW.learning[2, 3] - LAW.learning[1, 3]) + 0.04
     worst = np.abs(h / LAW.k_sigma)
     touched = robust_conditions(LAW, np.array([worst]), REST[:1], 0.04)
-    assert touched.worst == pytest.approx(touched.epsilon, rel=1e-12)
+    assert touched["worst"] == pytest.approx(touched["epsilon"], rel=1e-12)
 
 
 LOW, HIGH = np.array([-1.0, 0.0, 2.0, -3.0]), np.array([1.0, 0.5, 2.5, 3.0])

@@ -49,11 +49,7 @@ class ErrorBound:
 
 
 def uncertainty(regressor: Array, spread: Array, delta: Array | float) -> Array:
-    """Largest torque h [N m] of all uncertainty, (samples,), each parameter weighted by its own regressor.
-
-    ``regressor``, (samples, 4); ``spread``, (4,): widths of the bounds of p2 to p5; ``delta``, (samples,):
-    bound of the disturbance [N m]; with friction that sticks at least its Coulomb torque.
-    """
+    """Largest torque h (samples,) [N m]: p2 to p5 by their regressors (samples, 4), and ``delta`` [N m]."""
     return np.abs(regressor) @ spread + delta
 
 
@@ -70,14 +66,10 @@ def error_bound(
     times: Array,
     deviation: Array | None = None,
 ) -> ErrorBound:
-    r"""Bounds of the load's error along a motion, the consequence of Eq. (6.27) for the output.
+    """Bounds of the load's error along a motion, Eq. (6.27) for the output, whichever the motor's inertia.
 
-    :math:`\sigma` passes :math:`1/(s + \lambda)` as often as the surface has roots, each damper's :math:`1 +
-    T_i s` with one of them. :math:`\mu` may lie anywhere between the bounds of the motor's inertia.
-
-    ``bandwidth``: lambda [rad/s]; ``regressor``, (samples, 4): phi along the motion; ``delta``, (samples,):
-    bound of the disturbance [N m]; ``times``, (n - 1,): b_i / k_i of the links [s]; ``deviation``, (samples,
-    4): of the true states' regressor from it, where the law compensates with nominal parameters.
+    ``bandwidth``: lambda [rad/s]; ``regressor``, (samples, 4); ``delta``, (samples,) [N m]; ``times`` as of
+    `output_tube`; ``deviation``, (samples, 4): of the true states' regressor where nominal parameters act.
     """
     nominal, low, high = law.learning[NOMINAL], law.learning[LOW], law.learning[HIGH]
     spread, order, interval = high - low, law.matrix.shape[0] - 1, float(law.scalars[INTERVAL])
@@ -108,7 +100,7 @@ def sliding_tube(h: Array, k_sigma: float, mu: Array, interval: float) -> Array:
 def output_tube(sliding: Array, bandwidth: float, order: int, interval: float, times: Array) -> Array:
     """Bound of the load's angle [rad] by one of the sliding variable, through 1/(s + lambda) order times.
 
-    ``bandwidth``: lambda [rad/s]; ``times``, (n - 1,): b_i / k_i of the links [s].
+    ``bandwidth``: lambda [rad/s]; ``times``, (n - 1,): b_i / k_i [s], whose 1 + T s goes with one each.
     """
     bound = sliding
     for i in range(order):
@@ -120,32 +112,18 @@ def output_tube(sliding: Array, bandwidth: float, order: int, interval: float, t
     return bound
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobustConditions:
-    """Whether a constant gain meets the conditions (6.21) on the robust term along a motion."""
-
-    epsilon: float  # smallest for which Condition 1 holds, max h^2 / (4 k_sigma_s) [N m rad/s^(2n-1)]
-    worst: float  # largest value met of |sigma| h - k_sigma_s sigma^2
-    dissipative: bool  # Condition 2
-
-
 def robust_conditions(
     law: LawNumbers, sigma: Array, regressor: Array, delta: Array | float
-) -> RobustConditions:
+) -> dict[str, float | bool]:
     r"""Hold the robust term against its two conditions along a motion, Eqs. (6.21), (6.44), (6.54), (6.64).
 
-    With :math:`u_{s2} = -\sigma h^2/(4\epsilon)`, (6.22) corrected, a constant gain :math:`k_{\sigma s}`
-    meets them for every :math:`\epsilon \ge h^2/(4k_{\sigma s})`; it is half of K_sigma, which gives the best
-    bound.
+    A constant gain :math:`k_{\sigma s}`, here half of K_sigma, meets both where :math:`\epsilon \ge
+    h^2/(4k_{\sigma s})`.
     """
     gain = 0.5 * law.k_sigma
     h = uncertainty(regressor, law.learning[HIGH] - law.learning[LOW], delta)
-    met = np.abs(sigma) * h - gain * sigma**2
-    return RobustConditions(
-        epsilon=float(np.max(h**2) / (4.0 * gain)),
-        worst=float(np.max(met)),
-        dissipative=gain >= 0.0,
-    )
+    epsilon, worst = float(np.max(h**2) / (4.0 * gain)), float(np.max(np.abs(sigma) * h - gain * sigma**2))
+    return {"epsilon": epsilon, "worst": worst, "condition_1": worst <= epsilon, "condition_2": gain >= 0.0}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -176,7 +154,11 @@ def sliding_residual(
     count, interval = off.shape[1], float(law.scalars[INTERVAL])
     scale = bandwidth ** np.arange(count)
     deviation = off / scale
-    step, push = _discrete(bandwidth, law.k_sigma / mu, interval, count)
+    surface = np.array([comb(count - 1, i) for i in range(count)], dtype=np.float64)
+    both = np.append(0.0, surface) * bandwidth + np.append(surface, 0.0) * (law.k_sigma / mu)
+    system = np.diag(np.full(count - 1, bandwidth), 1)  # of w_i / lambda^i
+    system[-1] = -both[:count]
+    step, push = held(system, np.eye(count)[-1], interval)
     push = push / (mu * scale[-1])
     torque = (deviation[1:, -1] - deviation[:-1] @ step[-1]) / push[-1]
     output = flat.states[flat.size - 1] * scale
@@ -202,15 +184,6 @@ def regressor_deviation(law: LawNumbers, states: Array, reference: Array) -> Arr
     found[:, 0] = reference[:, count + 2] - inertial
     found[:, 1] = reference[:, count + 1] - states[:, count // 2]
     return found
-
-
-def _discrete(bandwidth: float, rate: float, interval: float, count: int) -> tuple[Array, Array]:
-    """Transition over a sample of w_i / lambda^i, and the response to a constant unit in its last rate."""
-    surface = np.array([comb(count - 1, i) for i in range(count)], dtype=np.float64)
-    both = np.append(0.0, surface) * bandwidth + np.append(surface, 0.0) * rate
-    system = np.diag(np.full(count - 1, bandwidth), 1)
-    system[-1] = -both[:count]
-    return held(system, np.eye(count)[-1], interval)
 
 
 def impulse_response(step: Array, push: Array, output: Array, samples: int) -> Array:

@@ -96,18 +96,13 @@ def controller_step(
 
 
 class TargetState(NamedTuple):
-    """A controller with what it keeps on a target.
-
-    ``datum`` (m,): reading of each encoder at the start, NaN where there was none; ``readings`` (m,): less
-    that; ``missed`` (1,): samples since a command was computed; ``memory``, ``measurement``, ``row``: copies
-    that the step of a user's own controller may change.
-    """
+    """A controller with what it keeps on a target."""
 
     controller: ControllerState
-    datum: Array
-    readings: Array
-    missed: NDArray[np.int64]
-    memory: Array
+    datum: Array  # (m,): reading of each encoder at the start, NaN where there was none
+    readings: Array  # (m,): less that
+    missed: NDArray[np.int64]  # (1,): samples since a command was computed
+    memory: Array  # this and what follows: copies that the step of a user's own controller may change
     measurement: Array
     row: Array
 
@@ -167,8 +162,7 @@ def target_step(
 ) -> tuple[float, bool]:
     """One sample: limited command [N m], and whether it was computed; else the last one is held.
 
-    ``readings``, shape (m,): angles at the first shaft [rad]; ``reference``, shape (1, columns). A reading or
-    a reference that is not finite holds the command; the filter goes on with it.
+    ``readings``, (m,): at the first shaft [rad]; ``reference``, (1, columns).
     """
     known = take_in(t, readings, reference)
     command, valid = 0.0, False

@@ -129,13 +129,12 @@ def darc_numbers(
     *,
     by_reference: bool = False,
 ) -> LawNumbers:
-    """Freeze a law of the chain; ``flat``: of the chain, without dampers for the published laws.
+    """Freeze a law of the chain; ``reference``, (samples, 2n + 3), sets the adaptation gain.
 
-    ``reference``, (samples, 2n + 3), sets the adaptation gain; ``by_reference``: adaptation by the regressor
-    of the reference, and S = tanh(50 w_d) instead of tanh(0.5 w) of the motor.
+    ``by_reference``: adaptation by the reference's regressor, and tanh(50 w_d) instead of tanh(0.5 w).
     """
     n2 = 2 * flat.size
-    mu = bounds.nominal[0] * flat.leading
+    mu = bounds.nominal[0] * flat.inertial[-1]  # of the highest derivative
     slope = REFERENCE_SLOPE if by_reference else PRINTED_SLOPE
     speed, acceleration = reference[:, -2], reference[:, -1]
     along = np.column_stack((-acceleration, -speed, -np.tanh(slope * speed), np.ones(len(speed))))
@@ -145,7 +144,7 @@ def darc_numbers(
     gain = adaptation_gain(gains, bounds, along, mu)
     return LawNumbers(
         kind=numbers.DARC,
-        matrix=flat.from_states,
+        matrix=np.asarray(np.linalg.inv(flat.states)),
         rows=rows,
         learning=numbers.learning_table(bounds.nominal, bounds.low, bounds.high, gain),
         scalars=np.array([interval, mu * gains.sliding_rate, slope, by_reference, by_reference, mu, 0.0]),

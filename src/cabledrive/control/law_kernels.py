@@ -117,9 +117,8 @@ def darc_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) 
 def learn_from_innovations(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> None:
     """Least squares with directional forgetting on the innovations of the filter, which ``c.work`` holds.
 
-    ``c.parameters`` holds p parameters, then their covariance by rows; the blocks of the reference begin
-    after states and torque. An innovation that the covariance does not explain is passed over and moves the
-    covariance towards that of the beginning: a shock is soon over, another load is learnt anew.
+    An innovation that the covariance does not explain is passed over and moves the covariance towards that of
+    the beginning: a shock is soon over, another load is learnt anew.
     """
     rows, learning, scalars = law.rows, law.learning, law.scalars
     estimate, innovations, direction = c.parameters, c.work, c.regressor
@@ -159,9 +158,7 @@ def learn_from_innovations(law: LawNumbers, c: ControllerState, reference: Array
 def feedback_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float]:
     """Feedback on the errors about a reference with the estimated torque of the load: command, load's error.
 
-    Row k of the reference: wanted states, torque, then for each parameter of a law that learns the states
-    that go with a unit of it less what the filter misses of them, its torque, and the innovations that it
-    makes. Without parameters the second number is 0.
+    Row k: wanted states, torque, then as `load_columns` has it. Without parameters the second number is 0.
     """
     matrix, rows, estimate = law.matrix, law.rows, c.parameters
     memory, states, fresh = c.memory, c.states, c.work

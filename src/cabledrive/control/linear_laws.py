@@ -41,10 +41,9 @@ def feedforward_generator(
     interval: float,
     taps: Sequence[tuple[float, float]] = AT_ONCE,
 ) -> ReferenceNumbers:
-    """The generator of the motion of every inertia and the motor torque that it takes, friction included.
+    """The motion of every inertia and the motor torque that it takes, friction included: rows (2n + 1,).
 
-    ``flat``: with dampers: the damped inverse; without: the undamped one; none: one rigid inertia. Rows,
-    (2n + 1,): angles, speeds, torque [N m].
+    ``flat``: with dampers: the damped inverse; without: the undamped one; none: one rigid inertia.
     """
     n = chain.size
     constant = np.zeros(2 * n + 1)
@@ -178,11 +177,9 @@ def l1_law(chain: LumpedChain, error: float, torque: float, bandwidth: float, in
 def reference_model_law(
     feedback: LawNumbers, low: Array, high: Array, largest: Array, rate: float
 ) -> LawNumbers:
-    """Direct MRAC about a feedback without memory.
+    """Direct MRAC about a feedback without memory; ``low``, ``high``, (p,): bounds of the factors.
 
-    ``low``, ``high``, shape (p,): bounds of the factors; ``largest``, shape (p,): largest values of the
-    functions along the reference; ``rate``: at which the torque adapts where all functions are at their
-    largest [rad/s], in a loop whose feedback answers a torque by itself.
+    ``rate`` [rad/s] of the torque where all functions are at their ``largest`` (p,) along the reference.
     """
     width = np.maximum(high - low, 0.0)
     gain = rate * width**2 / max(float((width * largest) @ (width * largest)), 1e-300)
@@ -221,10 +218,9 @@ def hinf_law(
     integral_time: float,
     interval: float,
 ) -> LawNumbers:
-    """H-infinity feedback of angles, speeds and the integral of the load's error.
+    """H-infinity feedback of angles, speeds and the integral over ``integral_time`` [s] of the load's error.
 
-    ``error`` [rad] of the load weighs as much as ``torque`` [N m]; ``disturbance``: torque at motor and load
-    of weight 1 [N m]; ``integral_time`` [s]. `NotComputed` if no gain has a solution.
+    ``error`` [rad] weighs as much as ``torque`` [N m]; ``disturbance`` [N m] at motor and load as 1.
     """
     system, by_torque, by_disturbance, weight = problem(chain, error, disturbance, integral_time)
     gain, _ = hinf_gain(system, by_disturbance, by_torque, weight, 1.0 / torque**2)

@@ -130,9 +130,7 @@ def row_at(rows: Array, place: float, j: int) -> float:
 def scheduled_command(law: LawNumbers, c: ControllerState, reference: Array, k: int) -> tuple[float, float]:
     """Command and error of the load, about the states and the torque that the announced load asks for.
 
-    ``c.parameters`` begins with that load. The memory is a torque, not a sum of errors: another gain of the
-    integral does not make it jump. Row k of the reference: wanted states,
-    torque without friction, what either adds for each further load, the load.
+    The memory is a torque, not a sum of errors: another gain of the integral does not make it jump.
     """
     rows, states, n2 = law.rows, c.states, c.states.size
     told = c.parameters[0]

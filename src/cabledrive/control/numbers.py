@@ -86,20 +86,15 @@ ESTIMATES = 12
 
 
 class ControllerState(NamedTuple):
-    """Everything that a controller keeps from sample to sample, and scratch.
+    """Everything that a controller keeps from sample to sample, and scratch."""
 
-    ``sample`` (1,): of the filter's schedule. ``held``: torque of the observer's shaft, last command before
-    the limit. ``memory``: of a linear law, or of a controller of the user's own. ``commands``: limited, those
-    not yet at the motor, oldest first. ``states``: angles and speeds that the law takes.
-    """
-
-    sample: Integers
+    sample: Integers  # (1,): of the filter's schedule
     estimate: Array
-    held: Array
+    held: Array  # torque of the observer's shaft, last command before the limit
     parameters: Array
-    memory: Array
-    commands: Array
-    states: Array
+    memory: Array  # of a linear law, or of a controller of the user's own
+    commands: Array  # limited, those not yet at the motor, oldest first
+    states: Array  # angles and speeds that the law takes
     regressor: Array
     work: Array
     table: Array

@@ -206,12 +206,9 @@ def settled_gain(transition: Array, noise: Array, output: Array, reading: Array)
 def filtered_difference(
     encoders: Sequence[int], interval: float, *, chosen: Sequence[int]
 ) -> ObserverNumbers:
-    r"""Speeds by differences of successive readings through a first-order filter.
+    """Speeds by differences of successive readings through a first-order filter at `CUT_OFF`.
 
-    .. math::
-        \hat\omega_k = \hat\omega_{k-1} + (1 - e^{-2\pi f h})\,\big((y_k - y_{k-1})/h - \hat\omega_{k-1}\big)
-
-    ``encoders``: inertia that each reads, all of the ``chosen`` ones; f is `CUT_OFF`.
+    ``encoders``: inertia that each reads, all of the ``chosen`` ones.
     """
     places = list(encoders)
     missing = [inertia for inertia in chosen if inertia not in places]
@@ -247,9 +244,8 @@ def correct(
 ) -> None:
     """Take in the readings of a sample; writes angles and speeds for the law into ``states``.
 
-    ``place``: in the table of gains, of which the last one stays: number of the sample, or place of the
-    announced load among the points of a schedule. A reading that is not a number leaves the law without
-    states: they become NaN. ``estimate`` is kept.
+    These are NaN where a reading is none. ``place``: in the table of gains, of which the last one stays:
+    number of the sample, or place of the announced load among the points of a schedule.
     """
     chosen, output, gains, scalars = observer.chosen, observer.output, observer.gains, observer.scalars
     m = readings.size
@@ -288,8 +284,7 @@ def predict(
 ) -> None:
     """Carry the Kalman filter to the next sample: until the delay has passed the first of two commands acts.
 
-    ``place``: of an announced load among the points of a schedule; ``held[0]`` is the torque at the motor's
-    shaft as the current loop leaves it; it is carried along.
+    ``place`` as of `correct`; ``held[0]``: torque at the motor's shaft, which is carried along.
     """
     model, scalars, n = observer.model, observer.scalars, estimate.size
     torque, before, after = held[0], commands[0], commands[1]
@@ -352,29 +347,22 @@ def first_memory(law: FlankLaw, late_samples: int) -> Array:
 
 
 @njit_in_place
-def closing_torques(stiffness: float, play: float, twist: float, pressed: float, found: Array) -> None:
-    """Write the torques of both flanks in the sense of the preload [N m]; below zero a gap is crossed."""
-    for i in range(2):
-        closed = pressed + twist if i == 0 else pressed - twist
-        found[i] = stiffness * (max(closed, 0.0) + min(closed + 2.0 * play, 0.0))
-
-
-@njit_in_place
 def preload_step(
     law: FlankLaw, memory: Array, reading: float, twist: float, total: float, work: Array, flanks: Array
 ) -> float:
     """One sample: the torque of the difference, which motor a gets on top of half the total and b less.
 
-    ``memory``: moved on; ``reading``: ϑ by the encoders [rad], not a number: not read; ``twist``: e as the
-    filter of the position has it [rad]; ``total``: torque of both motors together [N m]; ``work``, shape
-    (>= 6,); ``flanks``, shape (2,): takes the torques observed.
+    ``reading``: ϑ by the encoders [rad], NaN: not read; ``twist``: e by the position's filter [rad];
+    ``total``: of both motors [N m]; ``work``, (>= 6,); ``flanks``, (2,): takes the torques observed.
     """
     observer, estimate = law.observer, memory[ESTIMATE:LAG]
     if isfinite(reading):
         work[0] = reading
         correct(observer, 0.0, estimate, work[:1], work[1:3], work[3:4])
     estimate[2] = min(max(estimate[2], -law.coulomb), law.coulomb)
-    closing_torques(law.stiffness, law.play, twist, estimate[0], flanks)
+    for i in range(2):  # in the sense of the preload; below zero a gap is crossed
+        closed = estimate[0] + twist if i == 0 else estimate[0] - twist
+        flanks[i] = law.stiffness * (max(closed, 0.0) + min(closed + 2.0 * law.play, 0.0))
     # What one motor can give beside the position's half is left for the preload: the position goes first.
     room = max(law.limit - 0.5 * abs(total), 0.0)
     wanted = min(max(law.preload, law.stiffness * abs(twist) + law.margin), room)

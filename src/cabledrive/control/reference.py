@@ -48,23 +48,11 @@ class FlatOutput:
         """Number of inertias."""
         return int(self.angles.shape[0])
 
-    @property
-    def leading(self) -> float:
-        """Coefficient c of the highest derivative in the first inertia's acceleration; mu is J_1 c."""
-        return float(self.inertial[-1])
-
-    @property
-    def from_states(self) -> Array:
-        """Z and its first 2n - 1 derivatives per angles, then speeds, shape (2n, 2n)."""
-        inverse: Array = np.asarray(np.linalg.inv(self.states), dtype=np.float64)
-        return inverse
-
 
 def flat_output(chain: LumpedChain, *, damped: bool = True) -> FlatOutput:
     """Polynomials of a lumped chain whose links join equal angles, see `reflected`.
 
-    Its viscous friction beyond the first inertia is counted, that of the first is the control law's business;
-    ``damped``: whether the dampers of the links are; the laws of the dissertation leave them out.
+    ``damped``: whether dampers and viscous friction beyond the motor count; printed laws leave them out.
     """
     n = chain.size
     length = 2 * n + 1
@@ -140,21 +128,17 @@ class LoadRowNumbers(NamedTuple):
 
 
 class LoadRowState(NamedTuple):
-    """What the generator keeps: signs about the next sample, torques now and next, filters, filter error.
+    """What the generator keeps, and scratch."""
 
-    ``window`` (2h + 1,), ``now``, ``next`` (3, r), ``memory`` (3, l, r), ``error`` (3, states); scratch:
-    ``stages`` (l + 1, r), ``wanted`` (r + 2,), ``innovation`` (m,), ``fresh`` (states,).
-    """
-
-    window: Array
-    now: Array
+    window: Array  # (2h + 1,): signs about the next sample
+    now: Array  # (3, r): torques now, and next
     next: Array
-    memory: Array
-    stages: Array
-    error: Array
-    wanted: Array
-    innovation: Array
-    fresh: Array
+    memory: Array  # (3, l, r): of the filters
+    stages: Array  # (l + 1, r): scratch
+    error: Array  # (3, states): of the filter
+    wanted: Array  # (r + 2,): scratch, as what follows
+    innovation: Array  # (m,)
+    fresh: Array  # (states,)
 
 
 _NONE, _NOWHERE = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
@@ -187,8 +171,7 @@ TURN = 400.0
 def sign_weights(rows: int, turning: float, interval: float) -> Array:
     """Weights of the samples around, oldest first, in a smoothed sign and its derivatives, (rows, 2h + 1).
 
-    Of averages over boxes, and for each derivative a difference over one box. ``turning``: time from end to
-    end of all boxes [s]; an even number of equal boxes shifts by whole samples.
+    Of averages over boxes, ``turning`` [s] all together; an even number of them shifts by whole samples.
     """
     boxes = rows + 1 + (rows + 1) % 2
     width = max(1, round(turning / (boxes * interval)))
@@ -228,10 +211,9 @@ def load_row_numbers(
 
 
 def carried_terms(chain: LumpedChain) -> tuple[list[float], list[int], Array]:
-    """What keeps the load still under a torque, as filters of the torque and one linear map.
+    """What keeps the load still under a torque: times [s] of filters of it, the stage that each takes, a map.
 
-    Returns time constants [s] of the filters; the stage that each takes, 0 being the torque; the map, shape
-    (2n + 1, stages * (2n - 1)): angles, speeds, motor torque.
+    That is (2n + 1, stages * (2n - 1)): angles, speeds, motor torque.
     """
     n, rows, stages = chain.size, 2 * chain.size - 1, 2 ** (chain.size - 1)
     times: list[float] = []
@@ -334,11 +316,7 @@ def new_reference_state(numbers: ReferenceNumbers) -> ReferenceState:
 
 
 def flat_generator(flat: FlatOutput, interval: float) -> ReferenceNumbers:
-    r"""The generator of the flat output and its derivatives for a wanted load angle.
-
-    Each derivative is filtered by itself, :math:`z_d = y_d/(D_1 \cdots D_{n-1})`. Rows, (2n + 3,): z_d to its
-    2n-th derivative, motor speed [rad/s], motor acceleration [rad/s^2].
-    """
+    r"""Rows (2n + 3,): :math:`z_d = y_d/(D_1 \cdots D_{n-1})`, 2n derivatives, speed, acceleration."""
     return reference_numbers(flat_map(flat).T, flat.time_constants.tolist(), interval)
 
 

@@ -52,11 +52,7 @@ and 35 Hz, set apart for this, estimates spread 1.05 to 1.15 times as far as the
 
 
 def filtered(signal: Array, interval: float, hertz: float) -> Array:
-    r"""A signal and two derivatives through :math:`1/(1 + s/\omega)^3`, from rest, (3, ..., samples).
-
-    With :math:`a, b, c` the signal after one, two and three lags of time constant T, the derivatives are
-    :math:`(b - c)/T` and :math:`(a - 2b + c)/T^2`: nothing is differenced in time. ``hertz``: omega/(2 pi).
-    """
+    r"""A signal and two derivatives through :math:`1/(1 + s/\omega)^3`, from rest, (3, ..., samples)."""
     time = 1.0 / (2.0 * pi * hertz)
     one = lagged(signal, time, interval)
     two = lagged(one, time, interval)
@@ -91,19 +87,6 @@ def rounding_replicates(
 def rounding_spread(found: Array) -> Array:
     """Standard errors, (p,), of an estimate from those of the replicates, (replicates, p)."""
     return np.asarray(IN_THE_LOOP * np.std(found, axis=0, ddof=1))
-
-
-def with_bounded_errors(errors: Array, effects: Array, generator: np.random.Generator) -> Array:
-    """Standard errors of an estimate that rounding and quantities believed within bounds throw off.
-
-    What lies evenly within bounds has no tails: taken for normal it makes intervals too wide. The 95 %
-    interval is that of the sum, and the error returned the one of which `interval_factor` gives it.
-
-    ``errors``, (p,): by rounding, of `REPLICATES`; ``effects``, (n, p): of each quantity at its bound.
-    """
-    noise = generator.standard_t(REPLICATES - 1, (SUMS, 1)) * errors
-    evenly = generator.uniform(-1.0, 1.0, (SUMS, len(effects))) @ effects
-    return np.asarray(np.quantile(np.abs(noise + evenly), 0.95, axis=0) / interval_factor())
 
 
 def interval_factor() -> float:
@@ -153,8 +136,7 @@ def estimate_load(
 ) -> Estimates:
     """Beta [1/s^2], gamma [1/s], Coulomb [rad/s^2] and viscous friction [1/s] of the filtered load equation.
 
-    ``readings``, (samples, 2): encoder angles of the inertia before the load and of the load [rad];
-    ``generator``: for the errors.
+    ``readings``, (samples, 2): angles of the inertia before the load and of the load [rad].
     """
     motion, sign = smoothed(readings, interval), turning_sign(readings[:, 1], interval)
 
@@ -234,7 +216,11 @@ def estimate_motor(
     errors = rounding_spread(np.array([solve(one, believed) for one in replicates]))
     bounds = believed * (1.0 + np.diag(widths))
     effects = np.array([solve(readings, one) - values for one in bounds])
-    errors = with_bounded_errors(errors, effects, generator)
+    # What lies evenly within bounds has no tails: taken for normal it makes intervals too wide. The 95 %
+    # interval is that of the sum, and the error the one of which `interval_factor` gives it.
+    noise = generator.standard_t(REPLICATES - 1, (SUMS, 1)) * errors
+    evenly = generator.uniform(-1.0, 1.0, (SUMS, len(effects))) @ effects
+    errors = np.quantile(np.abs(noise + evenly), 0.95, axis=0) / interval_factor()
     return Estimates(values=values, errors=np.nan_to_num(errors, nan=np.inf))
 
 
@@ -311,9 +297,8 @@ def repetition_learning(
 ) -> RepetitionLearning | None:
     """The most directions that keep both limits, contraction on every plant; none: not one direction does.
 
-    ``nominal``, ``others``, ``command``, shape (k, k): from `lifted`, of errors and of the whole command;
-    ``noise``: standard deviation of a mean error by rounding [rad]; ``ripple``: most that five deviations of
-    the command by it may be [N m].
+    All plants (k, k) from `lifted`; ``noise``: of a mean error by rounding [rad]; ``ripple``: of the command
+    within five deviations of it [N m].
     """
     u, sizes, v = np.linalg.svd(nominal)
     steps = [GAIN / sizes[:, None] * (u.T @ plant @ v.T) for plant in (nominal, *others)]

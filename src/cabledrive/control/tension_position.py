@@ -115,9 +115,8 @@ def first_state(gains: TensionGains, tension: Array) -> Array:
 def step(gains: TensionGains, state: Array, measurement: Array, reference: Array) -> tuple[Array, Array]:
     """One sample: the observer takes in the measurement, tensions are allocated, each motor follows its own.
 
-    ``measurement``, shape (4,): angles of the drums [rad], tensions [N]; ``reference``, shape (3 m + 2,):
-    wanted place, speed and acceleration, lead of either tension [N].
-    Returns the next state and the torques, positive winding in, shape (2,) [N m].
+    ``measurement``, (4,): angles of the drums [rad], tensions [N]; ``reference``, (3 m + 2,): wanted place,
+    speed, acceleration, lead of either tension [N]. Returns the state and the torques (2,) [N m].
     """
     m = gains.machine.mass.size
     state, command = state.copy(), np.zeros(2)
@@ -192,10 +191,9 @@ def step_in_place(
 
 @njit_in_place
 def observe(gains: TensionGains, state: Array, measurement: Array, along: Array, work: Array) -> None:
-    """Correct place, speed and disturbance of the body by the measurement; write lines and tensions.
+    """Correct place, speed and disturbance of the body by the measurement; write dL/dq ``along``, (2, m).
 
-    ``along``, shape (2, m): dL/dq; into ``work``, as `step_in_place` has it: c [N/m], T [N], and the part of
-    the lines' accelerations that their turning makes [m/s^2].
+    Into ``work``: c [N/m], T [N], and the part of the lines' accelerations that their turning makes [m/s^2].
     """
     machine, m = gains.machine, gains.machine.mass.size
     q, v, d = state[:m], state[m : 2 * m], state[2 * m : 3 * m]
@@ -248,18 +246,13 @@ _STEPS, _DECAYS = 4000, 16.0
 
 
 class PlaceAnswers(NamedTuple):
-    """Integrals of the answers of the place to an acceleration and to noise.
+    """Integrals of the answers of the place to an acceleration and to noise."""
 
-    ``unexpected``, ``tension``: of the magnitude of e per a, per a_e [s^2]; ``place``: per n [-];
-    ``noisy_place``, ``noisy_acceleration``: root of the integral of the square, per n [s^-1/2] and per a_g
-    [s^3/2].
-    """
-
-    unexpected: float
-    tension: float
-    place: float
-    noisy_place: float
-    noisy_acceleration: float
+    unexpected: float  # of the magnitude of e per a [s^2]
+    tension: float  # likewise per a_e [s^2]
+    place: float  # likewise per n [-]
+    noisy_place: float  # root of the integral of the square, per n [s^-1/2]
+    noisy_acceleration: float  # likewise per a_g [s^3/2]
 
 
 def place_answers(position: float, lag: float, observer: float) -> PlaceAnswers:
@@ -306,10 +299,9 @@ def _impulse(above: Coefficients, below: Coefficients, time: Array) -> Array:
 
 
 def place_bound(answers: PlaceAnswers, interval: float, largest: Array, noise: Array) -> Array:
-    """Bound of each coordinate [m], shape (m,); ``interval``: sample time [s].
+    """Bound of each coordinate (m,) [m]; ``largest``, (3, m): a, a_e [m/s^2], error by rounding [m].
 
-    ``largest``, (3, m): a and a_e [m/s^2], error of the place by rounding [m]; ``noise``, (2, m): standard
-    deviations of n [m] and a_g [m/s^2] of a sample.
+    ``noise``, (2, m): standard deviations of n [m] and a_g [m/s^2] of a sample.
     """
     bounded = np.array(answers[:3]) @ largest
     noisy = np.hypot(answers.noisy_place * noise[0], answers.noisy_acceleration * noise[1])

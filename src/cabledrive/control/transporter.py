@@ -81,11 +81,7 @@ def correction_at(
     tuning: TransporterTuning,
     reads: tuple[int, ...] = ENCODERS,
 ) -> Array:
-    """Steady Kalman gain, (10, 2) by drive and load pulley, of one frozen position, Eq. (T.7).
-
-    ``count``: one count of the encoders at the rim [m]; ``reads``: displacements that are measured: drive
-    pulley 0, load pulley 2; what is not is not corrected by.
-    """
+    """Steady Kalman gain, (10, 2) by drive and load pulley, Eq. (T.7); ``count`` of encoders [m]."""
     density = np.zeros(OBSERVED)
     density[BODIES:STATES] = tuning.acceleration
     density[STATES] = tuning.disturbance
@@ -111,11 +107,9 @@ def scheduled_law(
     frozen: float | None = None,
     reads: tuple[int, ...] = ENCODERS,
 ) -> ScheduledLaw:
-    """Design law and observer at every position of a grid of two or more.
+    """Design law and observer at every position of an even grid [m] of two or more, or as of one ``frozen``.
 
-    ``count``: one count of the encoders at the rim [m]; ``limit``: largest force [N]; ``positions``: equally
-    spaced [m]; ``frozen``: the one position [m] for which all is made; default: every position has its own;
-    ``reads``: as of `correction_at`.
+    ``count``: one count of the encoders at the rim [m]; ``limit``: largest force [N]; ``reads``: `ENCODERS`.
     """
     tuning = tuning or TransporterTuning()
     rows = []

@@ -209,11 +209,7 @@ def uncovered(frame: Array, still: Array, levels: Levels) -> Array:
 
 
 def spots_of(frame: Array, levels: Levels) -> Array:
-    """Bright spots of a frame (rows, columns), the largest first, shape (spots, 5).
-
-    Row and column of the centroid, from the middle of the first pixel, area, half its height and width
-    [pixel].
-    """
+    """The largest bright spots first, (spots, 5): row, column, area, half its height and width [pixel]."""
     labels, _ = ndimage.label(frame > levels.threshold)
     areas = np.bincount(labels.ravel())[1:]
     pieces, found = ndimage.find_objects(labels), []

@@ -49,10 +49,8 @@ def track_marker(
 ) -> MarkerTrack:
     """Follow a white marker on a dark background, or several; refused if none is found, or more move.
 
-    Spots that stand still are clutter, whatever their size. Where the marker moves enough to show what is
-    behind it, that is taken off the picture and the clip gone through once more. Clutter that touches a
-    marker which never clears its place is not separated from it. ``region``: first and last row, first and
-    last column to look at [pixel].
+    Where it moves enough to show what is behind it, that is taken off and the clip gone through once more.
+    ``region``: first and last row, first and last column to look at [pixel].
     """
     if region is not None:
         a, b, c, d = region
@@ -195,10 +193,9 @@ def scale_from(length: float, first: tuple[float, float], second: tuple[float, f
 
 
 def marker_log(track: MarkerTrack, scale: float) -> Log:
-    """A marker's track as a log: upwards is positive, dropped frames are NaN; ``scale`` [m/pixel].
+    """A marker's track as a log: upwards and to the right positive, from means; NaN where frames dropped.
 
-    "position" across the picture upwards and "along_position" to the right, from their means; with two
-    markers "upper_position" and "lower_position".
+    ``scale`` [m/pixel]. With two markers "upper_position" and "lower_position".
     """
     if not (np.isfinite(scale) and scale > 0.0):
         raise InputRefused(f"scale = {scale:g} m/pixel must be positive and finite: measure a known length")

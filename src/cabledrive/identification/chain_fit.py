@@ -301,10 +301,9 @@ def fit_from_many_starts(
     starts: Sequence[Mapping[str, float]],
     say: Callable[[str], None],
 ) -> tuple[ChainFit, int, int]:
-    """Fit from every start what the first samples show, the best to more of them, the best of those to all.
+    """Fit the first samples from every start, the best of them to more, the best of those to all.
 
-    ``models``: the same with other holds of the input, for the best start. Returns the fit, and how many fits
-    of the first model were made and ended in one minimum; `NotComputed` if no start leads anywhere.
+    Returns how many fits of the first model were made and ended in one minimum, too.
     """
     short, middle = [r.begun(SCOUTED) for r in records], [r.begun(SETTLED) for r in records]
     quick = [replace(model, substeps=max(1, model.substeps // 2)) for model in models]

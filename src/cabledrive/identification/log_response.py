@@ -161,10 +161,9 @@ MOST_ROWS = 5_000_000
 
 
 def read_response(path: str | Path) -> FrequencyResponse:
-    """Read a response from a table; repeats at one frequency are averaged without their outliers.
+    """Read a response: omega [rad/s] or frequency [Hz], magnitude (or [dB]), phase [rad] or [deg].
 
-    Columns are omega [rad/s] or frequency [Hz], magnitude (or "magnitude [dB]") and phase [rad] or [deg]. The
-    deviation is that of the repeats, NaN where there is one; the coherence, not known, 1.
+    Repeats at one frequency are averaged without outliers and give the deviation, NaN of a single one.
     """
     table = open_table(path)
     heads = {name.lower().strip(): name for name in table.names}

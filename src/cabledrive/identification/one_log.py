@@ -41,8 +41,7 @@ def identify_long_log(
 ) -> Identification:
     """Identify one rigid axis from a log of any length, in memory that does not grow with it.
 
-    Bandwidth and encoder step come from the first block; every block is checked like a log of its own;
-    ``progress`` is called with a line after it.
+    Bandwidth and encoder step come from the first block; every block is checked like a log of its own.
     """
     axis, every, reach = None, 1, [0]
     parts: list[Factors] = []
@@ -82,7 +81,7 @@ def _checked_blocks(
 ) -> Iterator[tuple[Log, int]]:
     """Blocks of `BLOCK_ROWS` rows, the last of up to twice as many, and how many of them are new.
 
-    Each begins with as many rows of the one before as ``reach`` then says: a filter's ends are cut off.
+    Each begins with ``reach`` rows of the one before: a filter's ends are cut off.
     """
     wanted = tuple(c for c in recording.columns if c in ("time", "torque", "angle", "force", "position"))
     held = {name: np.empty(0) for name in wanted}

@@ -210,9 +210,7 @@ def predicted_response_errors(
 ) -> dict[str, float]:
     r"""Relative standard error of each parameter of Model 4 from a fit of the response to a multisine.
 
-    A line that lasts for N samples is known to the variance :math:`4\sigma^2/N` in the torque and
-    :math:`\omega^2 q^2/(3N)` in the speed. ``lines``: frequencies [Hz] and amplitudes [N m], each (m,);
-    infinite where they do not identify a parameter.
+    N samples give the torque's variance :math:`4\sigma^2/N`, the speed's :math:`\omega^2 q^2/(3N)`.
     """
     names, (frequency, amplitude) = PARAMETERS[4], lines
     if 2 * frequency.size <= len(names):

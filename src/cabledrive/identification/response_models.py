@@ -125,10 +125,9 @@ def fit_response(
     radius: float = 1.0,
     fixed: Mapping[str, float] | None = None,
 ) -> ResponseFit:
-    """Fit one of the Models 1 to 4 to a response from torque to motor speed [rad/(N m s)].
+    """Fit one of the Models 1 to 4 to a response [rad/(N m s)]; ``radius``: of both pulleys [m].
 
-    ``start``: rough values of `PARAMETERS`, within a factor of a few; ``radius``: of both pulleys [m];
-    ``fixed``: parameters known already, as inertias from bench tests.
+    ``start``: `PARAMETERS` within a factor of a few; ``fixed``: known already, as from bench tests.
     """
     fixed = dict(fixed or {})
     names = tuple(name for name in PARAMETERS[model] if name not in fixed)
@@ -234,8 +233,7 @@ def amplifier_response(
 ) -> Complex:
     """Response (m,) from command to logged torque at frequencies [Hz]; a bandwidth [Hz] may be infinite.
 
-    ``gain`` [N m/V], ``delay`` [s]; ``interval`` [s]: for which each command stands, and over which, centred
-    on the time stamp, a torque is the mean; 0: both are continuous.
+    ``interval`` [s]: for which a command stands and over which a torque is the mean; 0: both are continuous.
     """
     shifts = np.arange(-ALIASES, ALIASES + 1, dtype=np.float64) / interval if interval > 0.0 else np.zeros(1)
     f = frequency[:, None] + shifts

@@ -34,12 +34,9 @@ FEWEST_SAMPLES = 24
 
 
 def causal_filter(values: Array, interval: float, natural_frequency: float, damping: float = 1.0) -> Array:
-    r"""Second-order low-pass with its two derivatives, Eqs. (4.1), (4.2), exact for straight lines.
+    r"""Second-order low-pass with two derivatives, (3, samples), Eqs. (4.1), (4.2), exact for lines.
 
     .. math:: \dot x_1 = x_2, \qquad \dot x_2 = -2\zeta_f\omega_f x_2 - \omega_f^2 (x_1 - \theta)
-
-    Returns (3, samples): :math:`H_f\theta`, :math:`sH_f\theta`, :math:`s^2H_f\theta`; at rest on the first
-    value before. ``natural_frequency``: :math:`\omega_f / 2\pi` [Hz]; ``damping``: :math:`\zeta_f`.
     """
     omega = 2 * pi * natural_frequency
     a = np.array([[0.0, 1.0], [-(omega**2), -2 * damping * omega]])
@@ -119,8 +116,7 @@ def difference(values: Array, interval: float) -> Array:
 def chosen_bandwidth(position: Array, interval: float) -> float:
     """Bandwidth [Hz] of a motion (samples,): up to where it stands out of the noise of its measurement.
 
-    That is nearly white; its level is the median of the upper half of the spectrum. The highest frequency, in
-    bands of a sixth of an octave, with ten times that, and not more than a tenth of the sample rate.
+    The highest frequency, in bands of a sixth of an octave, with ten times the power of that noise.
     """
     if position.size < FEWEST_SAMPLES:
         said = f"{position.size} samples are too few to separate motion from noise"
@@ -224,9 +220,8 @@ def response_by_segments(
 ) -> FrequencyResponse:
     """Response by windowed segments, what `tfestimate` does, Eq. (4.15).
 
-    ``window``: length of the Hann windows and by how much they overlap [s]; ``estimator``, {"H1", "H2",
-    "Hv"}; ``robust``: leave out records in which the output does what neither its past nor the input
-    explains. Refused if windows do not advance, the log is too short, or the input stands still.
+    ``window``: length of the Hann windows and overlap [s]; ``robust``: without records that neither the past
+    nor the input explains.
     """
     segment, overlap = window
     if estimator not in ESTIMATORS:

@@ -98,11 +98,8 @@ def identify_two_inertia(
 ) -> Identification:
     """Identify motor and load inertia, the spring between them, its damping and all frictions.
 
-    ``logs``: of one machine, with the same channels: torque, force, voltage or current, and a velocity, angle
-    or position of the motor, the load ("load velocity") or both; ``progress``: called with a line for each
-    fit of a simulation. A rectifying sensor has its ``sensor_lag`` beside `NAMES`. No intervals where the
-    model does not follow the log. Raises `InputRefused` if a channel is missing or constant; `NotComputed` if
-    no start leads to a model that moves like the log.
+    No intervals where the model does not follow the log. Raises `InputRefused` if a channel is missing or
+    constant; `NotComputed` if no start leads to a model that moves like the log.
     """
     channels = channels_of(logs)
     if len(channels.outputs) == 2 and not channels.rectified:

@@ -81,28 +81,21 @@ class Cogging:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TwoSides:
-    """Torque and angles, or speeds, of a log, each of shape (samples,), at the first shaft.
-
-    ``rates``: whether ``motor`` and ``load`` are speeds; ``pulley``: angle of the first pulley where a joint
-    lies between it and the motor; ``share``: of the motor in the inertia before the spring; ``twisted``:
-    whether the angles show the spring's twist; ``slow``: speed below which its sign is not trusted;
-    ``cogging``: what of the torque repeats with the motor's angle; ``slipped``: what of the twist is a rope
-    that has slipped on its pulley.
-    """
+    """Torque and angles, or speeds, of a log, each of shape (samples,), at the first shaft."""
 
     source: str
     interval: float
     torque: Array
     motor: Array
     load: Array
-    rates: bool = False
-    pulley: Array | None = None
-    share: float = 1.0
-    twisted: bool = True
+    rates: bool = False  # whether ``motor`` and ``load`` are speeds
+    pulley: Array | None = None  # angle of the first pulley where a joint lies between it and the motor
+    share: float = 1.0  # of the motor in the inertia before the spring
+    twisted: bool = True  # whether the angles show the spring's twist
     saturated: NDArray[np.bool_] | None = None
-    slow: float = SLOW
-    cogging: Cogging | None = None
-    slipped: Array | None = None
+    slow: float = SLOW  # below which a speed's sign is not trusted
+    cogging: Cogging | None = None  # what of the torque repeats with the motor's angle
+    slipped: Array | None = None  # what of the twist is a rope that has slipped on its pulley
 
     def later(self, lag: float) -> "TwoSides":
         """With the torque of the instants at which the angles were read, so late behind it [s]."""
@@ -132,17 +125,13 @@ class TwoSides:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
-    """An equation solved at one bandwidth [Hz].
-
-    ``beyond``, shape (p,): what other bandwidths and the level of the noise may move, beside chance;
-    ``sizes``, shape (p,): root mean square of each regressor; ``kept``: share of the samples that is used.
-    """
+    """An equation solved at one bandwidth."""
 
     fit: Fit
-    beyond: Array
-    sizes: Array
-    kept: float
-    band: float
+    beyond: Array  # (p,): what other bandwidths and the level of the noise may move, beside chance
+    sizes: Array  # (p,): root mean square of each regressor
+    kept: float  # share of the samples that is used
+    band: float  # [Hz]
 
     @property
     def halves(self) -> Array:
@@ -206,9 +195,7 @@ def load_equation(sides: Sequence[TwoSides]) -> Solution | None:
 def sum_equation(sides: Sequence[TwoSides], load: Solution | None) -> tuple[Solution, list[TwoSides], float]:
     """Solve the sum of torques, with the friction of the load that its own equation gave.
 
-    Returns the solution; the sides with their torque at the instants of the angles and their cogging, for
-    which it is; by how much the angles are later than the torque as logged [s].
-    Raises `InputRefused` if too few samples can be used.
+    Returns the sides with their torque at the instants of the angles, too, and how late these are [s].
     """
     cogging, lag = cogging_of(sides, load), 0.0
     sides = [replace(one, cogging=cogging) for one in sides]

@@ -247,15 +247,8 @@ def condition_words(
     law = loop.controller.law
     if law.kind != DARC or len(sigma) < 2:
         return none("robust_conditions", "the conditions are those of the adaptive robust laws of the chain")
-    met = robust_conditions(law, sigma, regressor, bounds.disturbance_bound(law, shaft, command))
-    return {
-        "robust_conditions": {
-            "epsilon": met.epsilon,
-            "worst": met.worst,
-            "condition_1": met.worst <= met.epsilon,
-            "condition_2": met.dissipative,
-        }
-    }
+    delta = bounds.disturbance_bound(law, shaft, command)
+    return {"robust_conditions": robust_conditions(law, sigma, regressor, delta)}
 
 
 LAST_SHARE = 0.5

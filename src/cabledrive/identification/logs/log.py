@@ -159,10 +159,9 @@ def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
 
 
 def floats_of(column: Any, name: str, starts: dict[str, int]) -> Array:
-    """A column of Arrow or NumPy as doubles; times of a calendar in seconds from the first of the file.
+    """A column of Arrow or NumPy as doubles, NaN where missing; calendar times in seconds from the first.
 
-    That is subtracted before a double rounds them. ``starts``: first of each column, in ticks, kept from
-    block to block; a missing value is NaN.
+    ``starts``: first of each column, in ticks, kept from block to block, subtracted before it is rounded.
     """
     if isinstance(column, np.ndarray):
         return np.asarray(column, dtype=float)

@@ -110,10 +110,9 @@ Heads = tuple[tuple[str, ...], dict[str, str], tuple[str, ...]]
 
 
 def heads_of(lines: Sequence[str], delimiter: str, decimal: str, row: Sequence[str]) -> Heads:
-    """Find the heads among the lines above the first row of numbers; other lines there are metadata.
+    """Heads among the lines above the first row of numbers: of those with as many cells, with most channels.
 
-    The line that names most channels is the line of heads, also behind a comment sign; where none names any,
-    the first of the last two lines that have as many cells as the numbers. A line of units may follow.
+    Where none names any, the first of the last two. A line of units may follow.
     """
 
     def cells_of(line: str, sign: str) -> list[str]:

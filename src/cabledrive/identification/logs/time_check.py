@@ -95,10 +95,8 @@ def lost_counts(values: Array, quantum: float) -> int:
 def saturated(values: Array) -> NDArray[np.bool_]:
     """Samples (samples,) that stand at an end of the channel's range for three or more in a row.
 
-    A smooth torque that is rounded stands at its largest level at most about twice as long as at the levels
-    beside it; one that is cut stands there longer. Beside plateaus, as of steps, only other levels count, and
-    only if fewer samples stand within the range. Every stand counts where the channel is not rounded, none
-    where it has few levels, like a square wave.
+    A smooth rounded torque stands there at most about twice as long as at the levels beside it, one that is
+    cut longer. Beside plateaus only other levels count; none where there are few, as in a square wave.
     """
     first = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1))
     length, level = np.diff(np.append(first, values.size)), values[first]

@@ -26,7 +26,7 @@ from cabledrive.identification.tension.families import Family, Proposal, proposa
 from cabledrive.identification.tension.family_fit import PingTension, SpanTension
 from cabledrive.identification.tension.recording import SEARCHED, PreparedRecording, prepared_recording
 from cabledrive.identification.tension.strings import bare_tension, channels_of, section_modes, tensions_for
-from cabledrive.identification.tension.tones import Tones, TonesFit
+from cabledrive.identification.tension.tones import TonesFit
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 
@@ -48,11 +48,8 @@ LOUDER = 1.5
 def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, section: int = 0) -> PingTension:
     """Tension of each span from one recording in which both sound; one alone where it does not separate two.
 
-    The partials are parted into two families, each with the frequency ratios of the certified modes of its
-    span, and fitted together; the pretension of ``drive``, a loop, is a first guess good to a factor of four.
-    ``plucked``: which span was plucked harder, needed for labels where both have the same modes; ``section``:
-    where guided carriages part a span. Raises `NotComputed` if no tone is found, or two assignments fit
-    alike.
+    ``plucked``: which span was plucked harder, for labels where both have the same modes; ``section``: part
+    between guided carriages. Raises `NotComputed` if no tone is found, or two assignments fit alike.
     """
     if len(drive.spans) < 2:
         raise InputRefused(f"{drive.name} has one span: read it without asking for both")
@@ -258,24 +255,20 @@ def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesF
     lowest = float(one.tones.frequency[own].min())
     width = (float(np.median(one.tones.decay[own])) / pi + 1.0 / prepared.duration) / lowest
     loudest = one.tones.number[own][int(np.argmax(one.amplitude[own]))]
+    first, rest, place = one.tones.only(own), one.tones.only(~own), one.tones.scale[0]
+    families = np.concatenate([first.family, first.family + 1, rest.family + 1])
     best: TonesFit | None = None
     for share in (0.25, 1.0):
-        fit = family_fit.fit_families(prepared, (family, family), _doubled(one.tones, share * width))
+        # the family twice, half a distance below and above its place
+        scale = np.concatenate([place * (1 + np.array([-0.5, 0.5]) * (share * width)), one.tones.scale[1:]])
+        begin = replace(first.beside(first).beside(rest), family=families, scale=scale)
+        fit = family_fit.fit_families(prepared, (family, family), begin)
         if fit is None or abs(fit.tones.scale[1] / fit.tones.scale[0] - 1.0) > 4.0 * width:
             continue
         both = all(loudest in fit.tones.number[fit.tones.family == k] for k in (0, 1))
         if both and (best is None or fit.residual < best.residual):
             best = fit
     return best
-
-
-def _doubled(tones: Tones, distance: float) -> Tones:
-    """The first family twice, half a distance below and above its place."""
-    own, x = tones.family == 0, tones.scale[0]
-    first, rest = tones.only(own), tones.only(~own)
-    family = np.concatenate([first.family, first.family + 1, rest.family + 1])
-    scale = np.concatenate([[x * (1 - 0.5 * distance), x * (1 + 0.5 * distance)], tones.scale[1:]])
-    return replace(first.beside(first).beside(rest), family=family, scale=scale)
 
 
 BANDWIDTH = 40.0

@@ -146,13 +146,10 @@ def channels_of(log: Log) -> list[str]:
 
 
 def tension_from_ping(log: Log, drive: Drive, *, span: str | None = None, section: int = 0) -> PingTension:
-    """Tension of each span of a loop or a line from a recording of its ping.
+    """Tension of each span of a loop or a line from its ping; the drive's is a guess good to a factor of 4.
 
-    A camera or a microphone hears the span itself; an encoder, a torque or a load cell feels its stretch,
-    which has twice the frequency. The pretension of ``drive`` is a first guess, good to a factor of four.
-    ``span``: default: as the channels are called, else the upper one; ``section``: where guided carriages
-    part the span. Raises `NotComputed` if no tone is found, or the recording has no onset and decay as a ping
-    has.
+    ``span``: default: as the channels are called, else the upper one; ``section``: between guided carriages.
+    Raises `NotComputed` if no tone is found, or the recording has no onset and decay as a ping has.
     """
     found: dict[str, SpanTension] = {}
     for name in channels_of(log):
@@ -191,9 +188,7 @@ def section_modes(drive: Drive, span: str, section: int) -> Array:
 def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) -> list[float]:
     """Tensions [N] at which certified modes have frequencies, given as span, section, number, [Hz].
 
-    All spans keep their unstretched lengths. Where the file gives the distance of the pulleys these are those
-    at the mean tension, which is repeated until it stands. Raises `NotComputed` if no tension below the
-    cable's own stiffness gives a frequency.
+    All spans keep their unstretched lengths; between pulleys at a given distance those of the mean tension.
     """
     rigidity, trial, values = drive.cable.axial_rigidity, drive, [drive.cable.pretension] * len(wanted)
     for _ in range(60):
@@ -213,8 +208,7 @@ def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) ->
 def tension_of_route_span(log: Log, drive: RoutedDrive, span: str) -> PingTension:
     """Tension of a named span of a machine with routes from a recording of its ping.
 
-    The ratios of its modes to those of a string between resting ends are certified at the tension of the
-    file; where they are not 1, they change with the tension, and the interval grows by what that could make.
+    The interval grows by what the ratios of its modes, certified at the file's tension, could change.
     """
     names = [one.name for one in drive.free_spans]
     if span not in names:
