@@ -22,17 +22,11 @@ from cabledrive.parameters.arrays import Array
 RATES = 4
 
 
-def feedback_pairs(inertias: int) -> tuple[tuple[int, int], ...]:
-    """Step and error, from 1, of each feedback gain: two in a step, three in the last."""
-    last = 2 * inertias
-    pairs = [(i, j) for i in range(1, last + 1) for j in (i - 1, i) if j >= 1]
-    pairs.insert(-2, (last, last - 2))
-    return tuple(pairs)
-
-
 def gain_names(feedback: Array, scales: Array) -> dict[str, float]:
     """Gains by name, k with the step and the error of each, and the scales."""
-    pairs = feedback_pairs(len(feedback) // 2)
+    last = len(feedback)  # two in a step, three in the last
+    pairs = [(i, j) for i in range(1, last + 1) for j in (i - 1, i) if j >= 1]
+    pairs.insert(-2, (last, last - 2))
     named = {f"k{i}{j}": float(feedback[i - 1, j - 1]) for i, j in pairs}
     return named | {f"s{j}": float(scale) for j, scale in enumerate(scales, 1)}
 

@@ -28,10 +28,10 @@ two. Without r the error lies within :math:`|g| * h`, g the response of the load
 """
 
 from dataclasses import dataclass
-from math import comb
 
 import numpy as np
 
+from cabledrive.control.darc import surface
 from cabledrive.control.linear_laws import sampled_motion
 from cabledrive.control.numbers import HIGH, INERTIAL, INTERVAL, LOW, NOMINAL, SURFACE, LawNumbers
 from cabledrive.control.reference import FlatOutput
@@ -154,8 +154,8 @@ def sliding_residual(
     count, interval = off.shape[1], float(law.scalars[INTERVAL])
     scale = bandwidth ** np.arange(count)
     deviation = off / scale
-    surface = np.array([comb(count - 1, i) for i in range(count)], dtype=np.float64)
-    both = np.append(0.0, surface) * bandwidth + np.append(surface, 0.0) * (law.k_sigma / mu)
+    powers = surface(count - 1, 1.0)
+    both = np.append(0.0, powers) * bandwidth + np.append(powers, 0.0) * (law.k_sigma / mu)
     system = np.diag(np.full(count - 1, bandwidth), 1)  # of w_i / lambda^i
     system[-1] = -both[:count]
     step, push = held(system, np.eye(count)[-1], interval)
@@ -230,11 +230,6 @@ def ideal_loop(law: LawNumbers, chain: LumpedChain, interval: float) -> IdealLoo
     matrix[k:, k:] = a
     matrix[k:] += b @ row
     return IdealLoop(matrix=matrix, push=np.concatenate((np.zeros(k), b[:, 0])), load=k + n - 1)
-
-
-def missing_torque(row: Array, states: Array, torque: Array) -> Array:
-    r"""Torque at the motor per error of each parameter, :math:`\tau_j - K\delta_j`, shape (samples, p)."""
-    return np.asarray((torque - states @ row).T)
 
 
 def believed_range(law: LawNumbers, estimates: Array, deviations: Array) -> Array:

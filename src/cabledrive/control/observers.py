@@ -84,10 +84,9 @@ def kalman_filter(
 ) -> ObserverNumbers:
     """Design the filter; refused where the encoders there are do not make the drive observable.
 
-    ``chain``: links between equal angles; ``encoders``: inertia that each reads, and its count [rad]; the
-    last one is the datum of all angles; ``chosen``: inertias of which the law takes angle and speed;
-    ``settled``: only the gain on which the recursion settles, for a filter that goes on from another's
-    states.
+    ``encoders``: inertia that each reads, and its count [rad]; the last is the datum of all angles;
+    ``chosen``: inertias of which the law takes angle and speed; ``settled``: only the gain on which the
+    recursion settles, for a filter that goes on from another's states.
     """
     if not encoders:
         raise InputRefused("encoders: 0 given, the filter needs at least 1: fit the load encoder")

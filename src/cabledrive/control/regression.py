@@ -199,23 +199,20 @@ def estimate_motor(
 ) -> Estimates:
     """Whole inertia, viscous and Coulomb friction and offset torque by the filtered sum of momenta, SI.
 
-    ``readings``, (samples, n): encoder angle of every inertia [rad]; ``torque``, (samples,): from each sample
-    to the next, see `acting_torque` [N m]; ``inertias``, (2, n): as believed, which divide the whole among
-    the shafts [kg m^2], and the relative half widths within which they are; ``generator``: for the errors.
+    ``readings``, (samples, n): of every inertia [rad]; ``torque``, (samples,): see `acting_torque` [N m];
+    ``inertias``, (2, n): as believed [kg m^2], and the relative half widths within which they are.
     """
     believed, widths = inertias
 
-    def solve(angles: Array, shares: Array) -> Array:
-        return motor_coefficients(angles, torque, shares, interval)
-
-    values = solve(readings, believed)
+    values = motor_coefficients(readings, torque, believed, interval)
     if not np.all(np.isfinite(values)):
         return Estimates(values=np.full(4, np.nan), errors=np.full(4, np.inf))
 
     replicates = rounding_replicates(readings, counts, interval, generator)
-    errors = rounding_spread(np.array([solve(one, believed) for one in replicates]))
+    rounded = [motor_coefficients(one, torque, believed, interval) for one in replicates]
+    errors = rounding_spread(np.array(rounded))
     bounds = believed * (1.0 + np.diag(widths))
-    effects = np.array([solve(readings, one) - values for one in bounds])
+    effects = np.array([motor_coefficients(readings, torque, one, interval) - values for one in bounds])
     # What lies evenly within bounds has no tails: taken for normal it makes intervals too wide. The 95 %
     # interval is that of the sum, and the error the one of which `interval_factor` gives it.
     noise = generator.standard_t(REPLICATES - 1, (SUMS, 1)) * errors

@@ -186,11 +186,6 @@ class Levels:
         """Between background and marker, and above the noise."""
         return self.background + max(HALF * (self.bright - self.background), 5.0 * self.noise)
 
-    @property
-    def marked(self) -> bool:
-        """Whether anything stands out."""
-        return self.bright - self.background > STANDS_OUT * max(self.noise, 1e-6)
-
 
 def levels_of(frames: list[Array]) -> Levels:
     """Grey levels from a few frames (rows, columns)."""

@@ -59,7 +59,7 @@ def track_marker(
         whole = clip.frames
         clip = replace(clip, frames=lambda: ((k, frame[a:b, c:d]) for k, frame in whole()))
     levels = levels_of([frame for _, frame in _sampled(clip)])
-    if not levels.marked:
+    if not levels.bright - levels.background > STANDS_OUT * max(levels.noise, 1e-6):
         raise InputRefused(
             f"{clip.source}: no marker: nothing is {STANDS_OUT:g} deviations of the noise above the "
             "background: light it, or paint it white"

@@ -162,9 +162,6 @@ def suited_segments(factors: Factors, *, each: bool = False) -> Factors:
 
 
 NOTICED = 0.05
-SIDES = {"near_inertia": "motor-side inertia"}
-"""Words for parameters whose key is older than the words."""
-
 WEAK_SHARE = 0.1
 """Share of the measured torque that a parameter's uncertainty may make before it counts as undetermined."""
 
@@ -191,7 +188,7 @@ def readable(name: str) -> str:
     for side in ("positive", "negative"):
         if name.endswith(f"_{side}"):
             return f"{name.removesuffix(f'_{side}').replace('_', ' ')} ({side} speed)"
-    return SIDES.get(name, name.replace("_", " "))
+    return "motor-side inertia" if name == "near_inertia" else name.replace("_", " ")
 
 
 def _members(direction: Array) -> list[int]:

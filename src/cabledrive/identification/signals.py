@@ -121,7 +121,7 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
     if position.size < FEWEST_SAMPLES:
         said = f"{position.size} samples are too few to separate motion from noise"
         raise InputRefused(f"{said}, {FEWEST_SAMPLES} the least: record longer")
-    frequency, power, floor = _spectrum(position, interval)
+    frequency, power, floor = noise_spectrum(position, interval)
     edges = frequency[1] * 2.0 ** (np.arange(0, 200) / 6)
     edges = edges[edges < 0.1 / interval]
     highest = edges[0]
@@ -132,13 +132,8 @@ def chosen_bandwidth(position: Array, interval: float) -> float:
     return float(min(highest, 0.1 / interval))
 
 
-def noise_level(position: Array, interval: float) -> float:
-    """Level of a channel's white noise by the upper half of its spectrum, one-sided [its unit^2 / Hz]."""
-    return _spectrum(position, interval)[2]
-
-
-def _spectrum(position: Array, interval: float) -> tuple[Array, Array, float]:
-    """Frequencies [Hz], power of a position, from its difference, and its median in the upper half."""
+def noise_spectrum(position: Array, interval: float) -> tuple[Array, Array, float]:
+    """Frequencies [Hz], one-sided power [unit^2/Hz] by differences, level of the noise in the upper half."""
     detrended = np.diff(position)
     segment = min(detrended.size, max(1024, int(8.0 / interval)))
     frequency, power = signal.welch(detrended, 1 / interval, nperseg=segment)

@@ -159,7 +159,7 @@ def identify_by_simulation(
         doubts.append(Finding("one-start-only", words))
     closed = {name for name in fit.undetermined() if name in NEEDED}
     if len(channels.outputs) == 1:
-        doubts += _beyond(fit.values, channels, _excited_to(records), closed)
+        doubts += _beyond(fit.values, channels, records, closed)
     shown = set() if not follows else set(fit.values) - set(fit.at_bounds())
     parameters = {}
     for name, value in fit.values.items():
@@ -201,18 +201,15 @@ def identify_by_simulation(
     )
 
 
-def _excited_to(records: Sequence[Record]) -> float:
-    """Frequency [Hz] below which nearly all power of the input lies, of the log that reaches highest."""
-    found = []
+def _beyond(
+    values: dict[str, float], channels: Channels, records: Sequence[Record], closed: set[str]
+) -> list[Finding]:
+    """Close what one side does not tell where the spring's own frequency lies beyond the excitation."""
+    excited = 0.0  # [Hz], below which nearly all power of the input lies, of the log that reaches highest
     for record in records:
         power = np.abs(np.fft.rfft(record.input - record.input.mean())) ** 2
         place = int(np.searchsorted(np.cumsum(power), EXCITED * power.sum()))
-        found.append(place / (record.input.size * record.interval))
-    return max(found)
-
-
-def _beyond(values: dict[str, float], channels: Channels, excited: float, closed: set[str]) -> list[Finding]:
-    """Close what one side does not tell where the spring's own frequency lies beyond the excitation [Hz]."""
+        excited = max(excited, place / (record.input.size * record.interval))
     motor, load, spring = (values[name] for name in NEEDED)
     far, what = (load, "antiresonance") if channels.motor else (motor * load / (motor + load), "resonance")
     if (own := float(np.sqrt(spring / far)) / (2.0 * np.pi)) <= excited:

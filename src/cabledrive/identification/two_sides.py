@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from scipy import linalg, ndimage
 
 from cabledrive.identification.estimates import Factors, Fit, factor, joined, solve, suited_segments
-from cabledrive.identification.signals import difference, noise_level, zero_phase
+from cabledrive.identification.signals import difference, noise_spectrum, zero_phase
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 
@@ -117,7 +117,7 @@ class TwoSides:
 
     def noise(self, values: Array, band: float) -> Array:
         """Mean squares of a channel's noise and its first two derivatives below a bandwidth, shape (3,)."""
-        level = noise_level(values, self.interval)
+        level = noise_spectrum(values, self.interval)[2]
         f = np.linspace(0.0, min(4.0 * band, 0.5 / self.interval), 400)
         passed = level / (1.0 + (f / band) ** 8) ** 2
         return np.array([np.trapezoid(passed * (2.0 * pi * f) ** k, f) for k in (0, 2, 4)])

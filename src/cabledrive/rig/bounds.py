@@ -148,7 +148,7 @@ def check_learning(loop: Loop, believed: LumpedChain, states: Array, log: Array)
     covariance = kept[:, p : p + p * p].reshape(-1, p, p)
     spread = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
     estimates = kept[:, :p]
-    missing = np.abs(theory.missing_torque(law.rows[0, k : k + 2 * n], states, torque))
+    missing = np.abs(torque - states @ law.rows[0, k : k + 2 * n]).T
     height = np.sum(missing * theory.believed_range(law, estimates, spread), axis=1)
     height += motor_disturbance(believed, wanted, interval)
     error = log[:, : 2 * n] - wanted - np.einsum("j,jki->ki", true, states)

@@ -19,7 +19,6 @@ from cabledrive.identification.logs.log import (
     Blocks,
     ColumnMap,
     Table,
-    check_lengths,
     require_fitting,
     too_large,
 )
@@ -196,7 +195,10 @@ def table_of(path: Path, opened: Callable[[], AbstractContextManager[Entries]]) 
         with opened() as entries:
             found = {name: entries[columns[name][0]] for name in names}
             lengths = {name: max(values.shape) for name, (values, _) in found.items()}
-            check_lengths(lengths, path.name)
+            if len(set(lengths.values())) > 1:
+                said = ", ".join(f"{name} {length}" for name, length in lengths.items())
+                said = f"{path.name}: channels differ in length ({said})"
+                raise InputRefused(f"{said}: choose channels of one length")
             for start in range(0, max(lengths.values()), BLOCK_ROWS):
                 block = {}
                 for name, (values, attributes) in found.items():

@@ -142,13 +142,6 @@ class Table:
         return name
 
 
-def check_lengths(lengths: Mapping[str, int], source: str) -> None:
-    """Refuse columns of different lengths."""
-    if len(set(lengths.values())) > 1:
-        found = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise InputRefused(f"{source}: channels differ in length ({found}): choose channels of one length")
-
-
 def sliced(columns: dict[str, Array], rows: int = BLOCK_ROWS) -> Blocks:
     """Equally long columns in memory as blocks."""
     length = len(next(iter(columns.values()), ()))

@@ -110,9 +110,10 @@ Heads = tuple[tuple[str, ...], dict[str, str], tuple[str, ...]]
 
 
 def heads_of(lines: Sequence[str], delimiter: str, decimal: str, row: Sequence[str]) -> Heads:
-    """Heads among the lines above the first row of numbers: of those with as many cells, with most channels.
+    """Heads among the lines above the first row of numbers: the one that names most channels.
 
-    Where none names any, the first of the last two. A line of units may follow.
+    It may stand behind a comment sign, and has as many cells as the numbers; where none names a channel it is
+    the first of the last two such lines. A line of units may follow; other lines are metadata.
     """
 
     def cells_of(line: str, sign: str) -> list[str]:

@@ -96,7 +96,7 @@ def saturated(values: Array) -> NDArray[np.bool_]:
     """Samples (samples,) that stand at an end of the channel's range for three or more in a row.
 
     A smooth rounded torque stands there at most about twice as long as at the levels beside it, one that is
-    cut longer. Beside plateaus only other levels count; none where there are few, as in a square wave.
+    cut longer. Beside plateaus only other levels count; unrounded every stand counts, of few levels none.
     """
     first = np.concatenate(([0], np.flatnonzero(np.diff(values)) + 1))
     length, level = np.diff(np.append(first, values.size)), values[first]

@@ -86,10 +86,7 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
             why = "both are about equally loud: pluck that one harder"
         lines = (f"which of both tensions is the upper span's: the spans have the same modes; {why}",)
     else:
-        found, lines = (
-            {one.span: one for one in sorted((first, second), key=lambda o: SPANS.index(o.span))},
-            (),
-        )
+        found = {one.span: one for one in sorted((first, second), key=lambda o: SPANS.index(o.span))}
     a, b = (one.tension for one in found.values())
     error, half = hypot(a.standard_error, b.standard_error), hypot(a.high - a.value, b.high - b.value)
     radius = drive.drive_pulley.radius
@@ -185,9 +182,8 @@ def _two_families(
     for score, families in pairs:
         fit = family_fit.fit_families(prepared, families)
         if fit is not None and _apart(prepared, fit) and not _has_tone_below(prepared, fit):
-            clear.append(
-                (family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score, fit)
-            )
+            cost = family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score
+            clear.append((cost, fit))
     clear.sort(key=lambda one: one[0])
     rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]
     if prepared.alike or len(rivals) < 2:

@@ -126,12 +126,10 @@ def matched(peaks: Peaks, teeth: Array) -> NDArray[np.intp]:
 def proposals(
     peaks: Peaks, teeth: dict[str, Array], factor: float, limit: float
 ) -> tuple[tuple[Proposal, ...], tuple[Proposal, ...]]:
-    """The best single families, and the best pairs of families.
+    """The best single families, and the best pairs, `MOST_SINGLES` and `MOST_PAIRS` that differ, best first.
 
     ``teeth``: modes of each span at the drive's own tension [Hz]; ``factor``: 2 where the recording has twice
     the frequency of the span, else 1; ``limit``: families are searched from 1 / limit to limit.
-    Returns ``singles, pairs``: the best `MOST_SINGLES` and `MOST_PAIRS` that differ, best first; no pairs
-    where no second family is worth it. Where both spans have the same modes only one order of each pair.
     """
     found = {span: _scored(peaks, factor * row, limit) for span, row in teeth.items()}
     singles = _distinct(

@@ -245,11 +245,8 @@ def _of_route(drive: RoutedDrive, number: int, tension: float) -> tuple[PingedSt
     ratios = _ratios(drive, span.name, first)
 
     def tension_for(mode: int, hertz: float) -> float:
-        wanted, low, high = (
-            hertz / (mode * ratios[mode - 1]),
-            1e-12 * rope.axial_rigidity,
-            0.5 * rope.axial_rigidity,
-        )
+        wanted, rigidity = hertz / (mode * ratios[mode - 1]), rope.axial_rigidity
+        low, high = 1e-12 * rigidity, 0.5 * rigidity
         if not clamped(low) < wanted < clamped(high):
             raise NotComputed(f"no tension of this rope makes its fundamental {wanted:.5g} Hz")
         return float(optimize.brentq(lambda own: clamped(own) - wanted, low, high, rtol=1e-13, xtol=1e-12))
