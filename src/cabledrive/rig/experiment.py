@@ -19,7 +19,7 @@ from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.rig.setting import sample_interval
+from cabledrive.rig.setting import random_from, sample_interval
 from cabledrive.rig.virtual_rig import VirtualRig, rig_of, run_rig
 
 CHANNEL = "load_cell_force"
@@ -167,13 +167,6 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
     else:
         wave = planning.low_crest_multisine(period, lines)
     return e.bias + e.amplitude * np.tile(wave, -(-samples // period))[:samples]
-
-
-def random_from(seed: int) -> np.random.Generator:
-    """A generator for phases and noise."""
-    if seed < 0:
-        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
-    return np.random.default_rng(seed)
 
 
 def experiment(

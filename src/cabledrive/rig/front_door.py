@@ -35,7 +35,7 @@ from cabledrive.rig.laws.load_learning import (
 )
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import loop_with_loads
-from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions, check_run
+from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions, check_run, random_from
 from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.rig.tuning import design
 from cabledrive.rig.winch_plan import design_tensions, plan_motion, way_of
@@ -119,8 +119,7 @@ def track(
     InputRefused
         If a name is unknown, data are missing, or the motion exceeds what the drive can do.
     """
-    if seed < 0:
-        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    rng = random_from(seed)
     if isinstance(drive, RoutedDrive) and axis is None and is_winched(drive):
         others = {"plant": plant, "gains": gains, "adapt": adapt, "feedforward": feedforward}
         _refuse_pulses(controller, motion, options or RigOptions(), others | {"repeat": repeat})
@@ -131,7 +130,7 @@ def track(
         tensions = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
         setup = plan_motion(machine, tensions, way_of(machine, motion.moves), motion)
         numbers = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
-        force, rng = forces_of(setup, options.disturbances if options else ()), np.random.default_rng(seed)
+        force = forces_of(setup, options.disturbances if options else ())
         ended = run_plant(setup, numbers, force, rng)
         drawn = run_samples(setup, draws, rng) if draws else None
         return summarize_winches(setup, numbers, ended, force, seed=seed, drawn=drawn)
@@ -176,10 +175,8 @@ def track(
         plant=plant_drive,
     )
     made = law_for(controller, spec) if file is None else law_from_file(file, spec)
-    loop = close_loop(spec, made, np.random.default_rng(seed), plant)
+    loop = close_loop(spec, made, rng, plant)
     loop = loop_with_loads(loop if file is None else with_filter(loop, file))
-    if draws < 0:
-        raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
     if draws:
         check_drawable(loop)
     first, learnt, more = loop, None, dict[str, Any]()

@@ -297,6 +297,13 @@ def parse_payload_range(words: str | None) -> tuple[float, float]:
     return to_si(low, "1"), to_si(high, "1")
 
 
+def random_from(seed: int) -> np.random.Generator:
+    """A generator for phases, noise and draws; refused if the seed is negative."""
+    if seed < 0:
+        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    return np.random.default_rng(seed)
+
+
 MOST_MEMORY = 4e9
 """Of the record of one run [bytes]."""
 BYTES_PER_SAMPLE = 600.0
@@ -319,6 +326,8 @@ def check_run(
     interval, duration = sample_interval(drive), motion.trajectory.duration
     check_record(duration, duration / interval)
     most = min(MOST_DRAWS, int(MOST_DRAWN_SAMPLES / max(duration / interval, 1.0)))
+    if draws < 0:
+        raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
     if draws > most:
         raise InputRefused(f"draws = {draws} are more than the {most} that this motion allows: ask for fewer")
     starts = [(f"disturbance on the {step.on}", step.start) for step in options.disturbances]

@@ -26,7 +26,7 @@ from cabledrive.rig.plant_samples import (
     standard_disturbances,
 )
 from cabledrive.rig.run_facts import motion_words
-from cabledrive.rig.setting import DEGREE, Motion, check_run, torque_limit
+from cabledrive.rig.setting import DEGREE, Motion, check_run, random_from, torque_limit
 from cabledrive.rig.trial import COMPARED, check_motion, checked_names, goal_of, no_runs, offered, scored
 from cabledrive.rig.tuning import LEAST_DISK, LawSetting, ripple_limit, setting_of, tuned_loop
 from cabledrive.studies.study.stage_cache import Made, StageCache
@@ -161,8 +161,7 @@ def compare(
         motion = replace(motion, order=max(needed_order(name, drive) for name in names))
     if not 1 <= draws <= MOST_DRAWS:
         raise InputRefused(f"draws = {draws} must be from 1 to {MOST_DRAWS}: give a number of plants")
-    if seed < 0:
-        raise InputRefused(f"seed = {seed} must not be negative: give 0 or more")
+    _ = random_from(seed)  # refuses what is no seed
     if goal is not None and not 0.0 < goal < float("inf"):
         raise InputRefused(
             f"goal = {goal:.4g} deg must be finite and above 0: give the largest error allowed"

@@ -114,7 +114,9 @@ def resonance(
         missing |= dict.fromkeys(("tuned_pretension", "threshold_torque", "growth_torque"), str(refusal))
     if tuned:
         at_tuning = autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned)))
-        at_threshold = float(regions.tuned_threshold(at_tuning))
+        # Zero where either mode is undamped, whatever round-off leaves of the tuning.
+        damped = 0.0 not in (at_tuning.modal_damping, at_tuning.transverse_damping)
+        at_threshold = float(threshold_torque(at_tuning)) if damped else 0.0
         growth = growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME) if details else None
     if not details:
         missing["growth_torque"] = "not asked for"

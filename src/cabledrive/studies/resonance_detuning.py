@@ -4,19 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
-from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
+from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.threshold import (
     growth_rates,
     instability_half_width,
     pulley_amplitude,
-    threshold_torque,
 )
 from cabledrive.studies.excitation_orders import frequency_per_speed
 
@@ -72,40 +69,22 @@ def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
 
 def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
     """Relatively nearest instability region of a torque [N m] that has acted for `BUILD_UP`."""
-    c, reached, amplitude, distance, width = _against_regions(model, torque)
-    mode = int(np.argmin(distance - CLOSE * width))
+    c = averaged_coefficients(model, torque=torque, drift=False)
+    reached = float(pulley_amplitude(c, BUILD_UP))
+    amplitude = min(reached, model.slack_amplitude)  # where slack ends it
+    distances = np.abs(c.transverse_detuning + (c.pump * amplitude) ** 2 / (2.0 * c.forcing))
+    widths = instability_half_width(c, amplitude)
+    mode = int(np.argmin(distances - CLOSE * widths))
+    distance, width = float(distances[mode]), float(widths[mode])
     return InstabilityMargin(
-        verdict=str(_verdict(distance[mode], width[mode])),
+        verdict=RESONANT if distance < width else NEAR if distance < CLOSE * width else SAFE,
         mode=mode,
-        distance=float(distance[mode]),
-        half_width=float(width[mode]),
+        distance=distance,
+        half_width=width,
         growth=float(growth_rates(c, amplitude)[mode]),
         amplitude=float(amplitude),
         slack=bool(reached > model.slack_amplitude),
     )
-
-
-def _against_regions(
-    model: AutoparametricModel, torque: ArrayLike
-) -> tuple[AveragedCoefficients, Array, Array, Array, Array]:
-    """Coefficients, amplitude q that the torque reaches and where slack ends it, detuning, half-width."""
-    c = averaged_coefficients(model, torque=torque, drift=False)
-    reached = pulley_amplitude(c, BUILD_UP)
-    amplitude = np.minimum(reached, model.slack_amplitude)
-    pumping = np.abs(c.pump) * amplitude
-    distance = np.abs(c.transverse_detuning + pumping**2 / (2.0 * c.forcing))
-    return c, reached, amplitude, distance, instability_half_width(c, amplitude)
-
-
-def _verdict(distance: ArrayLike, half_width: ArrayLike) -> NDArray[np.str_]:
-    inside, close = np.less(distance, half_width), np.less(distance, CLOSE * np.asarray(half_width))
-    return np.where(inside, RESONANT, np.where(close, NEAR, SAFE))
-
-
-def tuned_threshold(model: AutoparametricModel) -> Array:
-    """Zero where either mode is undamped, whatever round-off leaves of the tuning."""
-    undamped = (np.asarray(model.modal_damping) == 0.0) | (np.asarray(model.transverse_damping) == 0.0)
-    return np.where(undamped, 0.0, threshold_torque(model))
 
 
 UNKNOWN = "unknown"
