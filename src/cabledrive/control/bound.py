@@ -117,8 +117,7 @@ def robust_conditions(
 ) -> dict[str, float | bool]:
     r"""Hold the robust term against its two conditions along a motion, Eqs. (6.21), (6.44), (6.54), (6.64).
 
-    A constant gain :math:`k_{\sigma s}`, here half of K_sigma, meets both where :math:`\epsilon \ge
-    h^2/(4k_{\sigma s})`.
+    A constant gain, here half of K_sigma, meets both for :math:`\epsilon \ge h^2/(4k_{\sigma s})`.
     """
     gain = 0.5 * law.k_sigma
     h = uncertainty(regressor, law.learning[HIGH] - law.learning[LOW], delta)

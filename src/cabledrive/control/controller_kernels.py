@@ -117,10 +117,7 @@ class PathState(NamedTuple):
 def new_target_state(
     observer: ObserverNumbers, law: LawNumbers, late_samples: int, own: tuple[int, int, int] = (0, 0, 0)
 ) -> TargetState:
-    """A controller before its start; ``late_samples``: whole samples of the delay.
-
-    ``own``: how many numbers a user's own controller keeps, measures and follows.
-    """
+    """A controller before its start; ``own``: numbers that a user's keeps, measures and follows."""
     m, none, copies = len(observer.output), np.zeros(0), tuple(np.zeros(size) for size in own)
     controller = new_controller_state(observer, law, m, late_samples, none, np.zeros(own[0]))
     return TargetState(controller, np.zeros(m), np.zeros(m), np.zeros(1, dtype=np.int64), *copies)
@@ -160,10 +157,7 @@ def target_step(
     readings: Array,
     reference: Array,
 ) -> tuple[float, bool]:
-    """One sample: limited command [N m], and whether it was computed; else the last one is held.
-
-    ``readings``, (m,): at the first shaft [rad]; ``reference``, (1, columns).
-    """
+    """One sample: limited command [N m], and whether it was computed; else the last one is held."""
     known = take_in(t, readings, reference)
     command, valid = 0.0, False
     if known:

@@ -95,14 +95,10 @@ def darc_gains(model: int, bandwidth: float | None = None, *, adaptation_share: 
 
 
 def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: float) -> Array:
-    r"""Diagonal of :math:`\Gamma`, Eqs. (6.35)-(6.37), with :math:`\zeta_d = 1`: the source gives none.
+    r"""Diagonal (4,) of :math:`\Gamma = \gamma W_p^2`, Eqs. (6.35)-(6.37), with :math:`\zeta_d = 1`, not given.
 
-    .. math::
-        \Gamma = \gamma W_p^2, \quad W_p = \mathrm{diag}(p_{max} - p_{min}), \quad
+    .. math:: W_p = \mathrm{diag}(p_{max} - p_{min}), \quad
         \gamma = \frac{k_m^2}{4\zeta_d^2\,\sup(\varphi_d^T W_p^2\varphi_d/\mu)}, \quad k_m = K_\sigma/\mu
-
-    ``regressor``, shape (samples, 4): phi along the reference; ``mu``: of the sliding variable's dynamics.
-    Returns shape (4,).
     """
     squares = bounds.spread**2
     largest = float(np.max(regressor**2 @ squares)) / mu

@@ -205,10 +205,7 @@ def settled_gain(transition: Array, noise: Array, output: Array, reading: Array)
 def filtered_difference(
     encoders: Sequence[int], interval: float, *, chosen: Sequence[int]
 ) -> ObserverNumbers:
-    """Speeds by differences of successive readings through a first-order filter at `CUT_OFF`.
-
-    ``encoders``: inertia that each reads, all of the ``chosen`` ones.
-    """
+    """Speeds by differences of the encoders' readings through a first-order filter at `CUT_OFF`."""
     places = list(encoders)
     missing = [inertia for inertia in chosen if inertia not in places]
     if missing:

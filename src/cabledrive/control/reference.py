@@ -147,23 +147,6 @@ NO_LOAD = LoadRowNumbers(
 )
 
 
-def new_load_row_state(load: LoadRowNumbers) -> LoadRowState:
-    """A generator before its first row."""
-    r, taps = load.sign.shape
-    held = TORQUES if r else 0
-    return LoadRowState(
-        window=np.zeros(taps),
-        now=np.zeros((held, r)),
-        next=np.zeros((held, r)),
-        memory=np.zeros((held, len(load.lags), r)),
-        stages=np.zeros((len(load.lags) + 1 if r else 0, r)),
-        error=np.zeros((held, len(load.transition))),
-        wanted=np.zeros(r + 2 if r else 0),
-        innovation=np.zeros(len(load.white)),
-        fresh=np.zeros(len(load.transition)),
-    )
-
-
 TURN = 400.0
 """Over the largest speed of the load: K of tanh(K w), before the sign is smoothed."""
 
@@ -306,12 +289,24 @@ def reference_numbers(
 
 def new_reference_state(numbers: ReferenceNumbers) -> ReferenceState:
     """A generator at rest at angle zero."""
-    width, lags = numbers.derivatives + 1, len(numbers.lags)
+    width, lags, load = numbers.derivatives + 1, len(numbers.lags), numbers.load
+    r, taps = load.sign.shape
+    held = TORQUES if r else 0
     return ReferenceState(
         made=np.zeros(1, dtype=np.int64),
         memory=np.zeros((lags, width)),
         stages=np.zeros((lags + 1, width)),
-        load=new_load_row_state(numbers.load),
+        load=LoadRowState(
+            window=np.zeros(taps),
+            now=np.zeros((held, r)),
+            next=np.zeros((held, r)),
+            memory=np.zeros((held, len(load.lags), r)),
+            stages=np.zeros((len(load.lags) + 1 if r else 0, r)),
+            error=np.zeros((held, len(load.transition))),
+            wanted=np.zeros(r + 2 if r else 0),
+            innovation=np.zeros(len(load.white)),
+            fresh=np.zeros(len(load.transition)),
+        ),
     )
 
 

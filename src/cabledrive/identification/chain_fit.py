@@ -301,10 +301,7 @@ def fit_from_many_starts(
     starts: Sequence[Mapping[str, float]],
     say: Callable[[str], None],
 ) -> tuple[ChainFit, int, int]:
-    """Fit the first samples from every start, the best of them to more, the best of those to all.
-
-    Returns how many fits of the first model were made and ended in one minimum, too.
-    """
+    """The best fit, by more and more samples of fewer starts; how many fits were made, and ended alike."""
     short, middle = [r.begun(SCOUTED) for r in records], [r.begun(SETTLED) for r in records]
     quick = [replace(model, substeps=max(1, model.substeps // 2)) for model in models]
     scouts: list[tuple[float, dict[str, float]]] = []

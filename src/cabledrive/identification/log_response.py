@@ -161,10 +161,7 @@ MOST_ROWS = 5_000_000
 
 
 def read_response(path: str | Path) -> FrequencyResponse:
-    """Read a response: omega [rad/s] or frequency [Hz], magnitude (or [dB]), phase [rad] or [deg].
-
-    Repeats at one frequency are averaged without outliers and give the deviation, NaN of a single one.
-    """
+    """Read omega or frequency, magnitude, phase; the mean of repeats, less outliers, NaN deviation of one."""
     table = open_table(path)
     heads = {name.lower().strip(): name for name in table.names}
     known = (FREQUENCIES, MAGNITUDES, PHASES)

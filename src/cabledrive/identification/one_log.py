@@ -39,10 +39,7 @@ def identify_long_log(
     *,
     progress: Callable[[str], None] | None = None,
 ) -> Identification:
-    """Identify one rigid axis from a log of any length, in memory that does not grow with it.
-
-    Bandwidth and encoder step come from the first block; every block is checked like a log of its own.
-    """
+    """One rigid axis by blocks, memory not growing; the first gives bandwidth and encoder step."""
     axis, every, reach = None, 1, [0]
     parts: list[Factors] = []
     reports: list[DataReport] = []
@@ -79,10 +76,7 @@ def _factors(rows: Rows) -> Factors:
 def _checked_blocks(
     recording: Recording, reach: list[int], progress: Callable[[str], None] | None
 ) -> Iterator[tuple[Log, int]]:
-    """Blocks of `BLOCK_ROWS` rows, the last of up to twice as many, and how many of them are new.
-
-    Each begins with ``reach`` rows of the one before: a filter's ends are cut off.
-    """
+    """Blocks of `BLOCK_ROWS` rows, and how many are new; each begins with ``reach`` of the one before."""
     wanted = tuple(c for c in recording.columns if c in ("time", "torque", "angle", "force", "position"))
     held = {name: np.empty(0) for name in wanted}
     start, again = 0, 0  # rows of the file before those held; of these, in the block before as well

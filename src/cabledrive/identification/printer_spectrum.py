@@ -251,10 +251,7 @@ def remaining_vibration(
     spectra: Sequence[PrinterSpectrum],
     ratios: Array = DAMPING_RATIOS,
 ) -> Array:
-    """Share (n,) of the vibration above 5 % of its largest that passes a type, the worst of all spectra.
-
-    ``unit``: of the type for 1 Hz; ``frequencies``, (n,): of designs [Hz]; ``ratios``: of the mode's damping.
-    """
+    """Worst share (n,) of vibration above 5 % of its largest behind a ``unit`` (1 Hz) at n frequencies."""
     worst = np.zeros(frequencies.size)
     for spectrum in spectra:
         floor = TOLERANCE * spectrum.density.max()

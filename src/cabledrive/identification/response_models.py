@@ -125,10 +125,7 @@ def fit_response(
     radius: float = 1.0,
     fixed: Mapping[str, float] | None = None,
 ) -> ResponseFit:
-    """Fit one of the Models 1 to 4 to a response [rad/(N m s)]; ``radius``: of both pulleys [m].
-
-    ``start``: `PARAMETERS` within a factor of a few; ``fixed``: known already, as from bench tests.
-    """
+    """Fit a Model to a response [rad/(N m s)]; ``start``: rough values; ``radius``: of both pulleys [m]."""
     fixed = dict(fixed or {})
     names = tuple(name for name in PARAMETERS[model] if name not in fixed)
     if 2 * measured.frequency.size <= len(names) + 2:

@@ -193,10 +193,7 @@ def load_equation(sides: Sequence[TwoSides]) -> Solution | None:
 
 
 def sum_equation(sides: Sequence[TwoSides], load: Solution | None) -> tuple[Solution, list[TwoSides], float]:
-    """Solve the sum of torques, with the friction of the load that its own equation gave.
-
-    Returns the sides with their torque at the instants of the angles, too, and how late these are [s].
-    """
+    """Solve the sum of torques; the sides at the instants of the angles, and how late these are [s]."""
     cogging, lag = cogging_of(sides, load), 0.0
     sides = [replace(one, cogging=cogging) for one in sides]
     for _ in range(2):  # the rate of the torque stands for its delay where that is small

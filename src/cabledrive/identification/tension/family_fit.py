@@ -236,10 +236,7 @@ def criterion(fit: TonesFit, interval: float) -> float:
 def family_tension(
     prepared: PreparedRecording, fit: TonesFit, family: int, span: str, known: tuple[float, float, float]
 ) -> SpanTension:
-    """The tension that a family says, with what the noise leaves open.
-
-    ``known``: the tension [N], its relative change with the frequency's, what the string formula says [N].
-    """
+    """Tension and error of a family; ``known``: it [N], its relative slope, by the string formula [N]."""
     value, steep, bare = known
     tones, own = fit.tones, np.flatnonzero(fit.tones.family == family)
     # larger where the noise about its tones is louder than elsewhere, or its partials disagree
