@@ -14,10 +14,10 @@ from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_a
 from cabledrive.reduction.decay import damping_from_decay
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.report.figures.run_histories import amplitude_spectrum
-from cabledrive.report.map_page import resonance_map_page
+from cabledrive.report.map_page import resonance_map_page, spot_check_line
 from cabledrive.studies.resonance import remedies, resonance, sensitivity
 from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
-from cabledrive.studies.resonance_map import growth_map, spot_check_line, spot_checks, steady_branches
+from cabledrive.studies.resonance_map import growth_map, spot_checks, steady_branches
 from resonance_samples import at_detunings, damped, settings_pair
 
 

@@ -3,11 +3,11 @@
 from typing import Any
 
 from cabledrive.app.results import Absent, Keys
-from cabledrive.identification.printer import Belts, Printer, PrinterShaper, similar_words
+from cabledrive.identification.printer import Belts, Printer, PrinterShaper
 from cabledrive.identification.printer_spectrum import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.report.blocks import table_text
-from cabledrive.report.printer_page import peaks_table, shapers_table
+from cabledrive.report.printer_page import peaks_table, shapers_table, similar_words
 
 NO_DAMPING, NO_BAND = "no peak has a damping ratio", "it leaves more than 5 % at its own frequency"
 MEASURED = ("frequency_low_hz", "frequency_high_hz", "damping", "damping_low", "damping_high")

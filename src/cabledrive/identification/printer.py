@@ -299,17 +299,6 @@ def printer(logs: Sequence[str | Path], **design: float | None) -> Printer:
     return Printer(axes=found, belts=both, paths=paths)
 
 
-def similar_words(belts: Belts) -> str:
-    """The comparison of the belts in a sentence."""
-    shape = f"The spectra of the belts are {100 * belts.similarity:.0f} % alike"
-    if belts.difference is None:
-        return f"{shape}; a belt without a peak was not excited, or hangs loose."
-    tighter = "A" if belts.difference > 0.0 else "B"
-    words = f"{shape}; the highest peak of belt {tighter} lies {abs(belts.difference):.1f} Hz above the other"
-    different = belts.similarity < ALIKE
-    return f"{words}: {f'loosen belt {tighter}, or tighten the other' if different else 'equally tight'}."
-
-
 def spectrogram(path: Path) -> tuple[Array, Array, Array] | None:
     """Time (m,) [s], frequency (n,) [Hz], level (n, m) [dB of the largest]; None of a spectrum."""
     found = even_samples(path)

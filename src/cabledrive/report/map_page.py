@@ -29,7 +29,7 @@ from cabledrive.report.picture import picture, theme_css
 from cabledrive.report.typesetting import number, quantity, typeset
 from cabledrive.studies.excitation_orders import Campbell
 from cabledrive.studies.planned_motion import PlannedMotion
-from cabledrive.studies.resonance_map import GrowthMap
+from cabledrive.studies.resonance_map import GROWN, GrowthMap, SpotCheck
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -181,6 +181,21 @@ def resonance_map_page(
         version=__version__,
     )
     return typeset(html)
+
+
+def spot_check_line(checks: tuple[SpotCheck, ...]) -> str:
+    """What the spot checks say, for a caption."""
+    if not checks:
+        needs = "needs spans without carriages that vibrate in their first mode"
+        return f"No spot check: the comparison with the full nonlinear model {needs}."
+    taut = [check for check in checks if check.exact is not None]
+    worst = max((abs(check.growth / check.exact - 1.0) for check in taut if check.exact), default=0.0)
+    slack = f", {len(checks) - len(taut)} of them slack there" if len(taut) < len(checks) else ""
+    grown = sum(check.growth > GROWN for check in checks)
+    return (
+        f"Full nonlinear model at {len(checks)} random points, {grown} of them inside the instability "
+        f"region{slack}: the growth differs by up to {100 * worst:.2g} %."
+    )
 
 
 def summary_line(growth: GrowthMap) -> str:

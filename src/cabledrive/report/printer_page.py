@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from cabledrive.identification.printer import Belts, Printer, PrinterShaper, similar_words, spectrogram
+from cabledrive.identification.printer import ALIKE, Belts, Printer, PrinterShaper, spectrogram
 from cabledrive.identification.printer_spectrum import PrinterSpectrum
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.modal import modes
@@ -274,3 +274,14 @@ def shaper_picture(found: PrinterShaper, form: str) -> bytes:
         below.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, fontsize=8)
 
     return file_picture(file_figure(draw, SIZE), form)
+
+
+def similar_words(belts: Belts) -> str:
+    """The comparison of the belts in a sentence."""
+    shape = f"The spectra of the belts are {100 * belts.similarity:.0f} % alike"
+    if belts.difference is None:
+        return f"{shape}; a belt without a peak was not excited, or hangs loose."
+    tighter = "A" if belts.difference > 0.0 else "B"
+    words = f"{shape}; the highest peak of belt {tighter} lies {abs(belts.difference):.1f} Hz above the other"
+    different = belts.similarity < ALIKE
+    return f"{words}: {f'loosen belt {tighter}, or tighten the other' if different else 'equally tight'}."

@@ -197,21 +197,6 @@ def _checked(drive: Drive, growth: GrowthMap, natural: float, row: int, column: 
     return SpotCheck(tension, torque, float(growth.growth[row, column]), exact)
 
 
-def spot_check_line(checks: tuple[SpotCheck, ...]) -> str:
-    """What the spot checks say, for a caption."""
-    if not checks:
-        needs = "needs spans without carriages that vibrate in their first mode"
-        return f"No spot check: the comparison with the full nonlinear model {needs}."
-    taut = [check for check in checks if check.exact is not None]
-    worst = max((abs(check.growth / check.exact - 1.0) for check in taut if check.exact), default=0.0)
-    slack = f", {len(checks) - len(taut)} of them slack there" if len(taut) < len(checks) else ""
-    grown = sum(check.growth > GROWN for check in checks)
-    return (
-        f"Full nonlinear model at {len(checks)} random points, {grown} of them inside the instability "
-        f"region{slack}: the growth differs by up to {100 * worst:.2g} %."
-    )
-
-
 def until_rest(way: Branch) -> Branch:
     """The branch up to where a span's motion vanishes; beyond it come the same motions, mirrored."""
     across = np.array([complex_state(x)[1:] for x in way.states])

@@ -87,8 +87,8 @@ def command(
                 found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion, *found.reasons[1:])
             )
     if map_file is not None:
-        from cabledrive.report.map_page import resonance_map_page
-        from cabledrive.studies.resonance_map import growth_map, spot_check_line, spot_checks
+        from cabledrive.report.map_page import resonance_map_page, spot_check_line
+        from cabledrive.studies.resonance_map import growth_map, spot_checks
 
         growth = growth_map(drive, torque=found.torque, load_torque=load_torque)
         checks = () if load_torque else spot_checks(drive, growth, np.random.default_rng(SEED))
