@@ -95,7 +95,7 @@ def darc_gains(model: int, bandwidth: float | None = None, *, adaptation_share: 
 
 
 def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: float) -> Array:
-    r"""Diagonal (4,) of :math:`\Gamma = \gamma W_p^2`, Eqs. (6.35)-(6.37), with :math:`\zeta_d = 1`, not given.
+    r"""Diagonal (4,) of :math:`\Gamma = \gamma W_p^2`, Eqs. (6.35)-(6.37), with :math:`\zeta_d = 1`.
 
     .. math:: W_p = \mathrm{diag}(p_{max} - p_{min}), \quad
         \gamma = \frac{k_m^2}{4\zeta_d^2\,\sup(\varphi_d^T W_p^2\varphi_d/\mu)}, \quad k_m = K_\sigma/\mu
@@ -104,7 +104,7 @@ def adaptation_gain(gains: DarcGains, bounds: Bounds, regressor: Array, mu: floa
     largest = float(np.max(regressor**2 @ squares)) / mu
     if largest == 0.0:
         return np.zeros(4)
-    gamma = gains.sliding_rate**2 / (4.0 * largest)
+    gamma = gains.sliding_rate**2 / (4.0 * largest)  # of zeta_d the source gives none
     return gains.adaptation_share * gamma * squares
 
 

@@ -194,10 +194,7 @@ def load_row_numbers(
 
 
 def carried_terms(chain: LumpedChain) -> tuple[list[float], list[int], Array]:
-    """What keeps the load still under a torque: times [s] of filters of it, the stage that each takes, a map.
-
-    That is (2n + 1, stages * (2n - 1)): angles, speeds, motor torque.
-    """
+    """Times [s], sources of a torque's filters, map (2n + 1, stages (2n - 1)): what keeps the load still."""
     n, rows, stages = chain.size, 2 * chain.size - 1, 2 ** (chain.size - 1)
     times: list[float] = []
     sources: list[int] = []

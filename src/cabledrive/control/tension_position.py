@@ -299,10 +299,7 @@ def _impulse(above: Coefficients, below: Coefficients, time: Array) -> Array:
 
 
 def place_bound(answers: PlaceAnswers, interval: float, largest: Array, noise: Array) -> Array:
-    """Bound of each coordinate (m,) [m]; ``largest``, (3, m): a, a_e [m/s^2], error by rounding [m].
-
-    ``noise``, (2, m): standard deviations of n [m] and a_g [m/s^2] of a sample.
-    """
+    """Bound (m,) [m] by ``largest`` (3, m): a, a_e, rounding, and ``noise`` (2, m): n, a_g of a sample."""
     bounded = np.array(answers[:3]) @ largest
     noisy = np.hypot(answers.noisy_place * noise[0], answers.noisy_acceleration * noise[1])
     return np.asarray(bounded + DEVIATIONS * np.sqrt(interval) * noisy)

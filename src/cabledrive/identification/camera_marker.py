@@ -193,10 +193,7 @@ def scale_from(length: float, first: tuple[float, float], second: tuple[float, f
 
 
 def marker_log(track: MarkerTrack, scale: float) -> Log:
-    """A marker's track as a log: upwards and to the right positive, from means; NaN where frames dropped.
-
-    ``scale`` [m/pixel]. With two markers "upper_position" and "lower_position".
-    """
+    """A track as a log, ``scale`` [m/pixel]: up and to the right positive, NaN where frames dropped."""
     if not (np.isfinite(scale) and scale > 0.0):
         raise InputRefused(f"scale = {scale:g} m/pixel must be positive and finite: measure a known length")
     count = track.rows.shape[1]

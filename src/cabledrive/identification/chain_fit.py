@@ -215,10 +215,7 @@ class ChainFit:
         return [name for name in names if not self.errors[name] <= abs(self.values[name])]
 
     def doubts(self, records: Sequence[Record], first_lag: int = 1) -> list[Finding]:
-        """Findings "at-bound", "undetermined", "residual-not-white" by the statistic of Ljung and Box.
-
-        ``first_lag``: from which on the residual must be white; a sensor or a difference correlates below it.
-        """
+        """Findings "at-bound", "undetermined", "residual-not-white" (Ljung and Box) from ``first_lag`` on."""
         found = [
             Finding("at-bound", f"{name} ends at the bound {bound:.4g} of its search: no interval")
             for name, bound in self.at_bounds().items()

@@ -9,7 +9,7 @@ from cabledrive.identification.logs.log import Column, ColumnMap, Log, Table, re
 from cabledrive.identification.logs.reading import open_log, open_table, read_log
 from cabledrive.identification.signals import FrequencyResponse, difference, response_by_segments
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.arrays import Array, Complex
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.units import to_si
 
@@ -181,25 +181,10 @@ def read_response(path: str | Path) -> FrequencyResponse:
     elif size.min() < 0.0:
         raise InputRefused(f'{table.source}: column "{magnitude}" is negative: head it "{magnitude} [dB]"')
     angle = columns[2] * _factor(table, phase, PHASES, "rad")
-    return _averaged(hertz, np.asarray(size * np.exp(1j * angle), dtype=complex))
-
-
-def _factor(table: Table, name: str, units: dict[str, str], si: str) -> float:
-    unit = table.units.get(name) or units[name.lower().strip()]
-    if si == "rad/s" and unit.lower() in ("hz", "khz"):
-        return 2 * np.pi * to_si(f"1 {unit}", "Hz")
-    try:
-        return to_si(f"1 {unit}", si)
-    except InputRefused as refusal:
-        raise refusal.at(f'{table.source}: column "{name}"') from None
-
-
-def _averaged(hertz: Array, response: Complex) -> FrequencyResponse:
-    """Mean of the repeats near their median, for every frequency."""
     order = np.argsort(hertz, kind="stable")
-    hertz, response = hertz[order], response[order]
+    hertz, lines = hertz[order], (size * np.exp(1j * angle))[order]
     cuts = np.flatnonzero(np.diff(hertz) > SAME * hertz[:-1]) + 1
-    groups, means, errors = np.split(response, cuts), [], []
+    groups, means, errors = np.split(lines, cuts), [], []
     left_out = 0
     for values in groups:
         middle = np.median(values.real) + 1j * np.median(values.imag)
@@ -216,3 +201,13 @@ def _averaged(hertz: Array, response: Complex) -> FrequencyResponse:
         averages=float(np.mean([group.size for group in groups])),
         left_out=left_out,
     )
+
+
+def _factor(table: Table, name: str, units: dict[str, str], si: str) -> float:
+    unit = table.units.get(name) or units[name.lower().strip()]
+    if si == "rad/s" and unit.lower() in ("hz", "khz"):
+        return 2 * np.pi * to_si(f"1 {unit}", "Hz")
+    try:
+        return to_si(f"1 {unit}", si)
+    except InputRefused as refusal:
+        raise refusal.at(f'{table.source}: column "{name}"') from None

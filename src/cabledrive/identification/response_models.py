@@ -228,10 +228,7 @@ class AmplifierFit:
 def amplifier_response(
     frequency: Array, gain: float, bandwidth: float, delay: float, interval: float = 0.0
 ) -> Complex:
-    """Response (m,) from command to logged torque at frequencies [Hz]; a bandwidth [Hz] may be infinite.
-
-    ``interval`` [s]: for which a command stands and over which a torque is the mean; 0: both are continuous.
-    """
+    """Response (m,) of a torque, the mean over ``interval`` [s], to a command held for it; 0: neither."""
     shifts = np.arange(-ALIASES, ALIASES + 1, dtype=np.float64) / interval if interval > 0.0 else np.zeros(1)
     f = frequency[:, None] + shifts
     lag = 1.0 / (1.0 + 1j * f / bandwidth)

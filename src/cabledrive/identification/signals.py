@@ -213,11 +213,7 @@ def response_by_segments(
     estimator: str = "H1",
     robust: bool = True,
 ) -> FrequencyResponse:
-    """Response by windowed segments, what `tfestimate` does, Eq. (4.15).
-
-    ``window``: length of the Hann windows and overlap [s]; ``robust``: without records that neither the past
-    nor the input explains.
-    """
+    """Response by windowed segments [s], Eq. (4.15); ``robust``: without records that nothing explains."""
     segment, overlap = window
     if estimator not in ESTIMATORS:
         raise InputRefused(f'estimator "{estimator}" is unknown: take one of {", ".join(ESTIMATORS)}')

@@ -188,7 +188,8 @@ def table_of(path: Path, opened: Callable[[], AbstractContextManager[Entries]]) 
                 own = {f"{name}[{k}]": (name, k) for k in range(min(shape))}
             columns.update(own)
             rows = max(rows, *shape) if own else rows
-            if unit := _text(attributes.get("units", "")):
+            unit = attributes.get("units", "")
+            if unit := unit.decode(errors="replace") if isinstance(unit, bytes) else str(unit):
                 units.update(dict.fromkeys(own, unit))
 
     def read(names: tuple[str, ...]) -> Blocks:
@@ -219,7 +220,3 @@ def _scaled(values: Any, attributes: Mapping[str, Any]) -> Array:
     )
     array[array == fill] = np.nan
     return array * float(factor) + float(offset)
-
-
-def _text(value: Any) -> str:
-    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

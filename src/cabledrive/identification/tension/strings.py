@@ -206,10 +206,7 @@ def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) ->
 
 
 def tension_of_route_span(log: Log, drive: RoutedDrive, span: str) -> PingTension:
-    """Tension of a named span of a machine with routes from a recording of its ping.
-
-    The interval grows by what the ratios of its modes, certified at the file's tension, could change.
-    """
+    """Tension of a span of a machine with routes by its ping; its interval covers ratios that change."""
     names = [one.name for one in drive.free_spans]
     if span not in names:
         more = " and more" if len(names) > 6 else ""
