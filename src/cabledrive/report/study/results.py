@@ -24,6 +24,7 @@ from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageCase
 from cabledrive.studies.study.goals import error_unit, goal_of
+from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.plants import load_case
 
@@ -141,7 +142,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
         **error,
         "candidates": candidates,
         "reasons": list(verdict.reasons),
-        "findings": [finding.data for finding in result.knowledge.findings],
+        "findings": [_finding(one) for one in result.knowledge.findings],
         "remedies": list(verdict.remedies),
         "cautions": list(verdict.cautions),
         "margins": stage_cache.as_plain(verdict.margins),
@@ -162,6 +163,14 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             "seed": result.goals.seed,
         },
     }
+
+
+def _finding(found: LogFinding) -> dict[str, Any]:
+    """What a log says against the drive file."""
+    data = {name: getattr(found, name) for name in ("id", "value", "limit", "unit", "decides")}
+    if found.value is None:
+        data |= {f"{key}_reason": "the finding is in words" for key in ("value", "limit")}
+    return data | {"message": found.words}
 
 
 def _scored(found: AcceptanceResult) -> dict[str, Any]:

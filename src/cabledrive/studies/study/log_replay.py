@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import floor, pi
-from typing import Any
 
 import numpy as np
 from scipy import signal, stats
@@ -55,14 +54,6 @@ class LogFinding:
 
     def __str__(self) -> str:
         return self.words
-
-    @property
-    def data(self) -> dict[str, Any]:
-        """As ``results.json`` has it."""
-        found: dict[str, Any] = {"id": self.id, "value": self.value, "limit": self.limit, "unit": self.unit}
-        if self.value is None:
-            found |= {f"{key}_reason": "the finding is in words" for key in ("value", "limit")}
-        return found | {"decides": self.decides, "message": self.words}
 
 
 def coarser_encoders(drive: Drive, logs: Sequence[Log]) -> dict[str, int]:
