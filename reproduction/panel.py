@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cabledrive.report.blocks import Figure
-from cabledrive.report.picture import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SMALL, log_axis, picture
+from cabledrive.report.picture import SMALL, Hue, log_axis, picture
 
 MOST_POINTS, DIGITS = 400, 6
 HEIGHT, EXTRA, DECADES = 190.0, 40.0, 6
-_COLOURS, _STYLES = (BLUE, ORANGE, GREEN, PURPLE, RED, INK), ("-", "--", "-.", ":")
+_COLOURS, _STYLES = (Hue.BLUE, Hue.ORANGE, Hue.GREEN, Hue.PURPLE, Hue.RED, Hue.INK), ("-", "--", "-.", ":")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.report.animation import animation_page, controlled_film
 from cabledrive.report.figures import ladder, run_histories, shapes
-from cabledrive.report.figures.moving_machine import drawn_loop
+from cabledrive.report.figures.moving_machine import draw_machine
 from cabledrive.report.figures.shapes import POINTS, SIZE, machine_size
 from cabledrive.report.figures.sheet import Sheet
 from cabledrive.report.mode_figure import mode_figure, mode_picture
@@ -65,7 +65,7 @@ def spread(drive):
 def test_the_drawing_keeps_the_proportions_of_the_machine(name):
     """Spans are tangents of the pulleys, to scale with their carriages; what is stretched is said."""
     drive, sheet = cd.load_drive(name), Sheet()
-    drawn = drawn_loop(sheet, drive)
+    drawn = draw_machine(sheet, drive)
     for pulley, own in zip(drawn.pulleys, drive.pulley, strict=True):
         assert pulley.radius / drawn.pulleys[0].radius == pytest.approx(own.radius / drive.pulley[0].radius)
     for span in drawn.spans:

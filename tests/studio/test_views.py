@@ -11,11 +11,11 @@ import pytest
 
 from cabledrive.parameters import drive_text, load_drive, packaged_drives, packaged_text
 from cabledrive.parameters.drive_file import drive_from_text
-from cabledrive.report.figures.study_runs import spectrum
 from cabledrive.report.typesetting import typeset_words
 from cabledrive.rig import track
 from cabledrive.rig.setting import Motion
 from cabledrive.studies.resonance import resonance
+from cabledrive.studio.control_view import spectrum
 from cabledrive.studio.form import text_with
 from command import call
 

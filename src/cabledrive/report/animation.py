@@ -4,18 +4,15 @@ Deflections across the cable and turns of the pulleys are drawn larger than they
 said; the spokes turn with the pulleys, clockwise where the upper span moves on to the load pulley.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 from math import degrees, pi
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
-from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.report.figures.moving_machine import DrawnMachine, drawn_loop, tension_colour
-from cabledrive.report.figures.sheet import Point, Sheet
+from cabledrive.report.figures.moving_machine import DrawnMachine, draw_machine, tense
+from cabledrive.report.figures.sheet import Sheet
 from cabledrive.report.picture import theme_css
 from cabledrive.report.typesetting import number, quantity
 from cabledrive.rig import Tracking
@@ -23,37 +20,8 @@ from cabledrive.simulation import SimulationResult
 
 MOST_FRAMES = 72
 SECONDS_PER_FRAME = 1.0 / 16.0
-POINTS = 41
 FIRST_LINE = 18.0  # px
 _DEFLECTION, _TURN, _LARGEST_FACTOR = 26.0, 0.6, 1e6  # px, rad
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Motion:
-    """Frames of a run."""
-
-    time: Array  # (frames,) [s]
-    place: Array  # (points,): shares of the span, from the pulley where it starts
-    across: dict[str, Array]  # (frames, points): displacement w of each span, outwards [m]
-    angles: Array  # (frames, 2): of drive and load pulley [rad]
-
-
-def motion_of(result: SimulationResult, most: int = MOST_FRAMES) -> Motion:
-    """Frames from the whole fields of a run, the first ``most``; less than two are refused."""
-    if len(result.fields) < 2:
-        raise InputRefused(
-            f"{len(result.fields)} whole fields kept, at least 2 are needed: run with Recording(fields=...)"
-        )
-    place = np.linspace(0.0, 1.0, POINTS)
-    across = {}
-    for row, span in enumerate(result.spans):
-        at = result.position[row] / result.position[row, -1]
-        first = row * (at.size - 1)
-        w = result.fields[:most, 2, first : first + at.size]
-        across[span] = np.array([np.interp(place, at, field) for field in w])
-    time = result.field_time[:most]
-    angles = [np.interp(time, result.time, angle) for angle in (result.drive_angle, result.load_angle)]
-    return Motion(time=time, place=place, across=across, angles=np.column_stack(angles))
 
 
 def frame_interval(drive: Drive) -> float:
@@ -62,31 +30,43 @@ def frame_interval(drive: Drive) -> float:
     return 2.0 * drive.pulley_distance / speed / 18.0
 
 
-def factors(motion: Motion) -> tuple[float, float]:
-    """How many pixels a metre of deflection has, and how many times too far the pulleys turn."""
-    deflection = max(float(np.max(np.abs(field))) for field in motion.across.values())
-    turn = float(np.max(np.abs(motion.angles - motion.angles[:1])))
-    larger = min(_TURN / turn, _LARGEST_FACTOR) if turn > _TURN / _LARGEST_FACTOR else 1.0
-    return _DEFLECTION / deflection if deflection > 0.0 else 0.0, float(f"{larger:.1e}")
-
-
-def motion_words(drawn: DrawnMachine, drive: Drive, motion: Motion) -> str:
-    """What is drawn too large, and how slow it plays."""
-    pixels, turn = factors(motion)
-    ends = drawn.spans[0].points[[0, -1]]
-    larger = pixels * drive.pulley_distance / float(np.linalg.norm(ends[1] - ends[0]))
-    slower = SECONDS_PER_FRAME / float(motion.time[1] - motion.time[0])
-    return f"w × {number(larger, 2)}, angles × {number(turn, 2)}, {number(slower, 2)} times slower"
-
-
 def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Markup, Markup]:
     """The loop in motion for a page: a switch that pauses it, and the drawing, which stands beside it.
 
     Whoever asks for less motion gets a drawing at rest, and starts it with the switch. Less than two whole
     fields are refused.
     """
-    motion = motion_of(result)
-    return switch(name, motion.time.size), _moving_svg(name, drive, motion)
+    if len(result.fields) < 2:
+        raise InputRefused(
+            f"{len(result.fields)} whole fields kept, at least 2 are needed: run with Recording(fields=...)"
+        )
+    fields, time = result.fields[:MOST_FRAMES, 2], result.field_time[:MOST_FRAMES]
+    angles = (result.drive_angle, result.load_angle)
+    turns = np.column_stack([np.interp(time, result.time, angle) for angle in angles])
+    turns -= turns[0]
+    deepest, furthest = float(np.max(np.abs(fields))), float(np.max(np.abs(turns)))
+    pixels = _DEFLECTION / deepest if deepest > 0.0 else 0.0  # of a metre of deflection
+    larger = min(_TURN / furthest, _LARGEST_FACTOR) if furthest > _TURN / _LARGEST_FACTOR else 1.0
+    larger = float(f"{larger:.1e}")
+    still = Sheet()
+    drawn = draw_machine(still, drive)
+    for span in drawn.spans:
+        still.line(*span.points, colour="line", dashes="4 4")
+    ends = drawn.spans[0].points[[0, -1]]
+    scale = pixels * drive.pulley_distance / float(np.linalg.norm(ends[1] - ends[0]))
+    slower = SECONDS_PER_FRAME / float(time[1] - time[0])
+    words = f"w × {number(scale, 2)}, angles × {number(larger, 2)}, {number(slower, 2)} times slower"
+
+    def draw(one: Sheet, frame: int) -> str:
+        _spokes(one, drawn, larger * turns[frame])
+        for row, (span, colour) in enumerate(zip(drawn.spans, ("blue", "orange"), strict=False)):
+            at = result.position[row] / result.position[row, -1]
+            field = fields[frame, row * (at.size - 1) :][: at.size]
+            w = np.interp(span.positions / span.positions[-1], at, field)
+            one.line(*span.moved(pixels * w), colour=colour, width=2.0)
+        return f"{1e3 * (time[frame] - time[0]):.1f} ms"
+
+    return switch(name, time.size), _film(name, still, drawn, words, draw, range(time.size))
 
 
 def animation_page(drive: Drive, result: SimulationResult) -> str:
@@ -111,47 +91,35 @@ def moving_page(title: str, control: Markup, drawing: Markup, *, alt: str) -> st
     return str(frame.format(title=title, css=Markup(theme_css()), control=control, drawing=drawing, alt=alt))
 
 
-def _moving_svg(name: str, drive: Drive, motion: Motion) -> Markup:
-    still = Sheet()
-    drawn = drawn_loop(still, drive)
-    pixels, larger = factors(motion)
-    for span in drawn.spans:
-        still.line(*_line(span.points), colour="line", dashes="4 4")
-    still.words(motion_words(drawn, drive, motion), (12.0, FIRST_LINE), anchor="start", colour="quiet")
-    frames = []
-    for frame in range(motion.time.size):
-        one = Sheet()
-        turned = larger * (motion.angles[frame] - motion.angles[0])
-        for pulley, angle in zip(drawn.pulleys, turned, strict=True):
-            one.line(pulley.rim(angle), pulley.rim(angle + pi), width=2.0)
-        _clock(one, drawn.size, f"{1e3 * (motion.time[frame] - motion.time[0]):.1f} ms")
-        for span, colour in zip(drawn.spans, ("blue", "orange"), strict=False):
-            shares = span.positions / span.positions[-1]
-            w = np.interp(shares, motion.place, motion.across[span.name][frame])
-            one.line(*_line(span.moved(pixels * w)), colour=colour, width=2.0)
-        frames.append(one.elements)
-    still.elements.extend(framed(name, frames))
-    return still.svg(drawn.size)
+def _spokes(sheet: Sheet, drawn: DrawnMachine, angles: Iterable[float]) -> None:
+    """A diameter of each pulley, turned [rad]."""
+    for pulley, angle in zip(drawn.pulleys, angles, strict=True):
+        sheet.line(pulley.rim(angle), pulley.rim(angle + pi), width=2.0)
 
 
-def _line(points: Array) -> list[Point]:
-    return [(float(x), float(y)) for x, y in points]
+def _film(
+    name: str,
+    still: Sheet,
+    drawn: DrawnMachine,
+    words: str,
+    draw: Callable[[Sheet, int], str],
+    frames: Sequence[int],
+) -> Markup:
+    """What does not move, its words, and each frame as a group that is seen in its turn.
 
-
-def _clock(sheet: Sheet, size: Point, words: str) -> None:
-    sheet.words(words, (size[0] - 12.0, size[1] - 10.0), anchor="end", colour="quiet")
-
-
-def framed(name: str, frames: Sequence[Sequence[str]]) -> list[str]:
-    """Elements of each frame as a group that is seen in its turn; ``name``: as the switch has it."""
-    period = len(frames) * SECONDS_PER_FRAME
-    groups = []
-    for place, elements in enumerate(frames):
+    ``name``: as the switch has it; ``draw(sheet, frame)`` draws one and returns its time in words.
+    """
+    still.words(words, (12.0, FIRST_LINE), anchor="start", colour="quiet")
+    period, (width, height) = len(frames) * SECONDS_PER_FRAME, drawn.size
+    for place, frame in enumerate(frames):
         # half a frame early, so that a drawing that never starts shows the first frame and no other
         delay = ((place - 0.5) / len(frames) - 1.0) * period
-        inside = "\n".join(elements)
-        groups.append(f'<g class="{name}-frame" style="animation-delay: {delay:.4f}s">{inside}</g>')
-    return groups
+        one = Sheet()
+        clock = draw(one, frame)
+        one.words(clock, (width - 12.0, height - 10.0), anchor="end", colour="quiet")
+        inside = "\n".join(one.elements)
+        still.elements.append(f'<g class="{name}-frame" style="animation-delay: {delay:.4f}s">{inside}</g>')
+    return still.svg(drawn.size)
 
 
 def switch(name: str, frames: int) -> Markup:
@@ -191,48 +159,33 @@ def controlled_film(drive: Drive, run: Tracking) -> str:
     The motion plays to scale; short ticks show where the load pulley should be, and the words by how much it
     is not there. Refused: a plant without spans under tension, a run that ended at once.
     """
-    if run.tensions is None:
+    tensions = run.tensions
+    if tensions is None:
         raise InputRefused("the film shows tensions: choose a plant with a flexible cable, such as `cable`")
     if run.time.size < 2:
         raise InputRefused(f"the run ended at once: {run.incomplete}")
     shown = np.unique(np.linspace(0, run.time.size - 1, FRAMES).astype(int))
+    low, high = float(tensions.min()), float(tensions.max())
+    still = Sheet()
+    drawn = draw_machine(still, drive)
+    slower = SECONDS_PER_FRAME * shown.size / float(run.time[-1] - run.time[0])
+    words = f"tension {quantity(low, 'N', 4)} to {quantity(high, 'N', 4)}, {number(slower, 2)} times slower"
+
+    def draw(one: Sheet, sample: int) -> str:
+        for row, span in enumerate(drawn.spans):
+            share = (float(tensions[sample, row]) - low) / max(high - low, 1e-12)
+            one.elements.append(tense(span.points, share))
+        turned = float(run.angles[sample, -2]), float(run.load_angle[sample])  # each at its own shaft
+        _spokes(one, drawn, turned)
+        load, wanted = drawn.pulleys[1], float(run.reference[sample])
+        for end in (wanted, wanted + pi):
+            one.line(load.rim(end, 2.0), load.rim(end, 9.0), colour="green", width=2.0)
+        return f"{run.time[sample]:.3f} s, error {degrees(float(run.error[sample])):.4f} deg"
+
     plant = run.summary["plant"]
     return moving_page(
         f"{drive.title or drive.name}: {run.summary['controller']} on {plant}",
         switch(NAME, shown.size),
-        _drawn(drive, run, shown),
+        _film(NAME, still, drawn, words, draw, shown.tolist()),
         alt=f"The drive under control: the load pulley follows its reference, plant {plant}.",
     )
-
-
-def _drawn(drive: Drive, run: Tracking, shown: NDArray[np.int64]) -> Markup:
-    """The film; ``shown``: samples of the run."""
-    assert run.tensions is not None
-    low, high = float(run.tensions.min()), float(run.tensions.max())
-    still = Sheet()
-    drawn = drawn_loop(still, drive)
-    slower = SECONDS_PER_FRAME * shown.size / float(run.time[-1] - run.time[0])
-    words = f"tension {quantity(low, 'N', 4)} to {quantity(high, 'N', 4)}, {number(slower, 2)} times slower"
-    still.words(words, (12.0, FIRST_LINE), anchor="start", colour="quiet")
-    frames = [_frame(drawn, run, int(sample), (low, high)) for sample in shown]
-    still.elements.extend(framed(NAME, [frame.elements for frame in frames]))
-    return still.svg(drawn.size)
-
-
-def _frame(drawn: DrawnMachine, run: Tracking, sample: int, tensions: tuple[float, float]) -> Sheet:
-    """One picture; ``tensions``: least and largest of the run [N]."""
-    assert run.tensions is not None
-    one, (low, high) = Sheet(), tensions
-    for row, span in enumerate(drawn.spans):
-        share = (float(run.tensions[sample, row]) - low) / max(high - low, 1e-12)
-        path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in span.points)
-        style = f"fill: none; stroke: {tension_colour(share)}; stroke-width: 3.2; stroke-linecap: round"
-        one.elements.append(f'<path d="{path}" style="{style}"/>')
-    turned = float(run.angles[sample, -2]), float(run.load_angle[sample])  # each at its own shaft
-    for pulley, angle in zip(drawn.pulleys, turned, strict=True):
-        one.line(pulley.rim(angle), pulley.rim(angle + pi), width=2.0)
-    load, wanted = drawn.pulleys[1], float(run.reference[sample])
-    for end in (wanted, wanted + pi):
-        one.line(load.rim(end, 2.0), load.rim(end, 9.0), colour="green", width=2.0)
-    _clock(one, drawn.size, f"{run.time[sample]:.3f} s, error {degrees(float(run.error[sample])):.4f} deg")
-    return one

@@ -236,11 +236,9 @@ def _packed(values: NDArray[np.float64]) -> str:
 
 def library() -> tuple[str, str]:
     """The script and the style of uPlot, its licence in front of the script."""
-    licence = (_UPLOT / "LICENSE").read_text(encoding="utf-8").strip()
-    script = (_UPLOT / "uPlot.iife.min.js").read_text(encoding="utf-8")
-    return f"/*! uPlot 1.6.32\n{licence}\n*/\n{script}", (_UPLOT / "uPlot.min.css").read_text(
-        encoding="utf-8"
-    )
+    names = ("LICENSE", "uPlot.iife.min.js", "uPlot.min.css")
+    licence, script, style = ((_UPLOT / name).read_text(encoding="utf-8") for name in names)
+    return f"/*! uPlot 1.6.32\n{licence.strip()}\n*/\n{script}", style
 
 
 BINS = 250

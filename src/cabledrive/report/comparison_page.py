@@ -31,11 +31,9 @@ def comparison_html(drive: Drive, found: Comparison, written_at: datetime | None
 def _headline(said: dict[str, Any]) -> str:
     if said["best"] is None:
         return "No law could be tuned within the limits."
-    best = said["controllers"][0]
-    worst = best["worst_deg"]
-    what = (
-        best["reason"] if worst is None else f"worst error {number(worst, 3)} deg over {best['runs']} plants"
-    )
+    best, what = said["controllers"][0], said["controllers"][0]["reason"]
+    if best["worst_deg"] is not None:
+        what = f"worst error {number(best['worst_deg'], 3)} deg over {best['runs']} plants"
     inside = f"{percent(best['share_within'])} within {number(said['goal_deg'], 3)} deg"
     return f"{best['name']} ranks first: {what}, {inside}."
 
@@ -64,18 +62,11 @@ def errors_table(said: dict[str, Any]) -> Table:
         if not one["runs"]:
             rows.append((one["name"], *("",) * 6, one["reason"]))
             continue
-        rows.append(
-            (
-                one["name"],
-                *(
-                    "none" if one[key] is None else number(one[key], 3)
-                    for key in ("median_deg", "error_99_deg", "worst_deg", "worst_whole_run_deg")
-                ),
-                percent(one["share_within"], ""),
-                percent(one["share_low"], ""),
-                f"{one['failed']} of {one['runs']} ended early" if one["failed"] else "",
-            )
-        )
+        keys = ("median_deg", "error_99_deg", "worst_deg", "worst_whole_run_deg")
+        errors = ("none" if one[key] is None else number(one[key], 3) for key in keys)
+        shares = (percent(one[key], "") for key in ("share_within", "share_low"))
+        ended = f"{one['failed']} of {one['runs']} ended early" if one["failed"] else ""
+        rows.append((one["name"], *errors, *shares, ended))
     return table(
         f"Error of the load over {said['draws']} plants",
         "law | median [deg] | 99 % [deg] | worst [deg] | worst, first pulse included [deg] | "
@@ -86,21 +77,13 @@ def errors_table(said: dict[str, Any]) -> Table:
 
 def costs_table(said: dict[str, Any]) -> Table:
     """Torque, margins and time to tune of each law."""
-
-    def margin(value: float | None) -> str:
-        return "any" if value is None else number(value, 3)
-
-    rows = tuple(
+    keys = ("peak_torque", "torque_ripple", "disk_margin", "gain_margin", "phase_margin_deg")
+    rows = (
         (
             one["name"],
             f"{one['bandwidth_hz']:g}",
             one["filter"],
-            number(one["peak_torque"], 3),
-            number(one["torque_ripple"], 3),
-            margin(one["disk_margin"]),
-            margin(one["gain_margin"]),
-            margin(one["phase_margin_deg"]),
-            number(one["tuning_seconds"], 3),
+            *("any" if one[key] is None else number(one[key], 3) for key in (*keys, "tuning_seconds")),
         )
         for one in said["controllers"]
         if one["bandwidth_hz"] is not None
@@ -114,7 +97,7 @@ def costs_table(said: dict[str, Any]) -> Table:
 
 
 def _plants(said: dict[str, Any]) -> Table:
-    rows = tuple(
+    rows = (
         (name.replace("_", " "), number(low, 3), number(high, 3))
         for name, (low, high) in said["disturbances"].items()
         if (low, high) != (0.0, 0.0)

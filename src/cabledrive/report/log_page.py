@@ -54,10 +54,16 @@ def write_log_report(
     Refused if the file exists (without `force`) or cannot be written.
     """
     path = check_writable(path, force=force)
+    report = log.report
+    said = [*report.repaired, *report.findings] or ["no repairs, no findings"]
+    data = Paragraph(
+        text=f"{report.rows} rows, {number(report.duration, 4)} s at {number(1.0 / report.interval, 4)} Hz. "
+        f"Data check: {'; '.join(said)}."
+    )
     chapter = Chapter(
         "Identification",
         "identification",
-        (*_numbers(found), *_data(log)),
+        (*_numbers(found), data),
         sections=_figures(log, found, options or AxisOptions()),
         methods=(str(found.method["name"]),),
     )
@@ -92,16 +98,6 @@ def _numbers(found: Identification) -> list[Block]:
     return [parameters, *(Note(text=word[:1].upper() + word[1:], tone="warning") for word in words)]
 
 
-def _data(log: Log) -> list[Block]:
-    report = log.report
-    said = [*report.repaired, *report.findings] or ["no repairs, no findings"]
-    text = (
-        f"{report.rows} rows, {number(report.duration, 4)} s at {number(1.0 / report.interval, 4)} Hz. "
-        f"Data check: {'; '.join(said)}."
-    )
-    return [Paragraph(text=text)]
-
-
 def _figures(log: Log, found: Identification, options: AxisOptions) -> tuple[Section, ...]:
     torque, position = channels_of(log)
     linear = log.units[torque] == "N"
@@ -127,13 +123,13 @@ def _response(
         model = (fine, 1.0 / (2j * np.pi * fine * inertia + viscous))
     measured = response_by_segments(torque, speed, log.interval, (window, 0.5 * window))
     unit = "m/(N s)" if linear else "rad/(N m s)"
-    drawn = measured_picture("log-response", measured.between(0.0, 0.4 * log.sample_rate), model, unit)
+    shown = measured.between(0.0, 0.4 * log.sample_rate)
     return Figure(
         name="log-response",
         alt="Magnitude and phase from torque to speed with their band, and the identified model.",
         caption=f"As Fig. 4.17: from torque to speed, windows of {number(window, 3)} s. Valid only at the "
         "frequencies excited in the log, where the band is narrow.",
-        drawing=drawn,
+        drawing=measured_picture("log-response", shown, model, unit),
     )
 
 

@@ -30,8 +30,7 @@ def _draw(axes: "Axes", drive: RoutedDrive) -> None:
     """A machine to scale, each rope in its colour with an arrow along its path."""
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
+    axes.set(xlabel="x [m]", ylabel="y [m]")
     axes.set_title(drive.title or drive.name, wrap=True)
     for number, body in enumerate(drive.body):
         band = np.array(body_points(drive, number))

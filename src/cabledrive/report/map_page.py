@@ -27,6 +27,7 @@ from cabledrive.report.mode_figure import draw_campbell, draw_map, fields_of, pl
 from cabledrive.report.page import page_of
 from cabledrive.report.picture import picture, theme_css
 from cabledrive.report.typesetting import number, quantity, typeset
+from cabledrive.report.words import HELD, speed_unit
 from cabledrive.studies.excitation_orders import Campbell
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance_map import GROWN, GrowthMap, SpotCheck
@@ -47,13 +48,9 @@ def map_html(
     written_at: datetime | None = None,
 ) -> str:
     """The page of a map; HTML that needs no other file."""
-    blocks: list[Block] = [_notes(found), _field(found)] if len(plane_of(found)) > 1 else [_notes(found)]
-    chapter = Chapter(
-        "Natural frequencies",
-        "map",
-        (*blocks, _curves(found), *(_excited(excited) if excited is not None else ())),
-        methods=(METHOD,),
-    )
+    blocks: list[Block] = [_notes(found), *([_field(found)] if len(plane_of(found)) > 1 else ())]
+    blocks += [_curves(found), *(_excited(excited) if excited is not None else ())]
+    chapter = Chapter("Natural frequencies", "map", tuple(blocks), methods=(METHOD,))
     subtitle = "Natural frequencies over " + ", ".join(str(dim) for dim in found["certified"].dims)
     hashes = ((drive.name, content_hash(drive)),)
     return page_of(drive.title or drive.name, subtitle, (chapter,), hashes, written_at)
@@ -61,22 +58,19 @@ def map_html(
 
 def _notes(found: "xr.Dataset") -> Note:
     certified, points = int(found["certified"].sum()), int(found["certified"].size)
-    held = {"free": "free", "held": "held", "holding": "on its holding stiffness"}[found.attrs["motor"]]
-    good = certified == points
-    text = f"Motor {held}. The lists of {certified} of {points} points are certified complete."
-    return Note(text=text, tone="good" if good else "warning")
+    text = f"Motor {HELD[found.attrs['motor']]}. The lists of {certified} of {points} points are certified "
+    return Note(text=f"{text}complete.", tone="good" if certified == points else "warning")
 
 
 def _field(found: "xr.Dataset") -> Figure:
-    rows = len(fields_of(found))
-    drawn = picture("map-field", lambda figure: draw_map(figure, found, 2), height=330.0 * -(-rows // 2))
+    height = 330.0 * -(-len(fields_of(found)) // 2)
     return Figure(
         name="map-field",
         alt="Fields of natural frequency over two figures of the machine.",
         caption="Frequency of the mode in which each coordinate has most of its energy."
         if "coordinate_hz" in found
         else "The lowest longitudinal modes.",
-        drawing=drawn,
+        drawing=picture("map-field", lambda figure: draw_map(figure, found, 2), height=height),
     )
 
 
@@ -113,14 +107,13 @@ def _curves(found: "xr.Dataset") -> Plot:
 
 def _excited(found: Campbell) -> tuple[Block, ...]:
     """Campbell picture, its modes over the first key to be read off, and the table of zones."""
-    unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
-    drawn = picture("campbell", lambda figure: draw_campbell(figure, found), height=520.0)
+    unit = speed_unit(found.coordinate)
     shown = Figure(
         name="campbell",
         alt="Frequencies of the modes over speed with the orders of excitation as lines.",
         caption="Each mode is the band of its frequencies over all places; shaded speeds are to be avoided. "
         f"Every mode up to {number(found.covered, 4)} Hz was searched.",
-        drawing=drawn,
+        drawing=picture("campbell", lambda figure: draw_campbell(figure, found), height=520.0),
     )
     places, first = np.unique(found.places, return_index=True)
     heaviest = sorted(found.branches, key=lambda own: -own.weight)[:MOST_BRANCHES]
@@ -138,23 +131,16 @@ def _excited(found: Campbell) -> tuple[Block, ...]:
         unit="m" if found.key.endswith((".x", ".y")) else "",
         panels=(Panel("modes and orders", "Hz", (*in_turn(hertz), *orders)),),
     )
-    rows = tuple(
-        (
-            z.order,
-            z.mode,
-            number(z.low, 4),
-            number(z.high, 4),
-            number(z.place_low, 4),
-            number(z.place_high, 4),
-        )
-        for z in found.zones
-    )
+    rows = []
+    for zone in found.zones:
+        ends = (number(end, 4) for end in (zone.low, zone.high, zone.place_low, zone.place_high))
+        rows.append((zone.order, zone.mode, *ends))
     clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in found.clear)
     zones = table(
         f"Speeds of {found.coordinate} [{unit}] at which an excitation comes near a mode, heaviest "
         f"first. Clear of all modes: {clear or 'none'}.",
         f"Order | Mode | From [] | To [] | {found.key} from [] | to []",
-        rows or (("none", "", "", "", "", ""),),
+        rows or [("none", *5 * ("",))],
     )
     return shown, curves, zones
 
@@ -200,34 +186,24 @@ def spot_check_line(checks: tuple[SpotCheck, ...]) -> str:
 
 def summary_line(growth: GrowthMap) -> str:
     """The map in one sentence."""
-    finite = growth.growth[np.isfinite(growth.growth)]
-    reach = (
-        f"grows by up to a factor of {number(float(finite.max()))}" if finite.size else "is slack everywhere"
-    )
-    slack = (
-        f"; a span goes slack in {100 * float(np.mean(growth.slack)):.3g} % of it"
-        if growth.slack.any()
-        else ""
-    )
+    finite, slack = growth.growth[np.isfinite(growth.growth)], 100 * float(np.mean(growth.slack))
+    reach = f"grows by up to a factor of {number(float(finite.max()))}" if finite.size else ""
+    low, high = (quantity(float(growth.pretension[end]), "N") for end in (0, -1))
     return (
-        f"Between {quantity(float(growth.pretension[0]), 'N')} and "
-        f"{quantity(float(growth.pretension[-1]), 'N')}, torque up to "
-        f"{quantity(float(growth.torque[-1]), 'N m')}, a small transverse motion {reach} in "
-        f"{number(growth.duration)} s{slack}."
+        f"Between {low} and {high}, torque up to {quantity(float(growth.torque[-1]), 'N m')}, a small "
+        f"transverse motion {reach or 'is slack everywhere'} in {number(growth.duration)} s"
+        + (f"; a span goes slack in {slack:.3g} % of it." if slack else ".")
     )
-
-
-def _path(growth: GrowthMap, motion: PlannedMotion) -> list[list[float | None]]:
-    """Pretension and torque magnitude along a motion, thinned so that every peak stays."""
-    torque = np.abs(motion.torque)
-    own = np.full(torque.size, growth.own_pretension)
-    pretension = own if motion.pretension is None else motion.pretension
-    kept = instants([torque, pretension], torque.size)
-    return [_rounded(pretension[kept]), _rounded(torque[kept])]
 
 
 def _data(growth: GrowthMap, motion: PlannedMotion | None) -> str:
-    finite = growth.growth[np.isfinite(growth.growth)]
+    finite, path = growth.growth[np.isfinite(growth.growth)], None
+    if motion is not None:  # pretension and torque magnitude along it, thinned so that every peak stays
+        torque = np.abs(motion.torque)
+        own = np.full(torque.size, growth.own_pretension)
+        pretension = own if motion.pretension is None else motion.pretension
+        kept = instants([torque, pretension], torque.size)
+        path = [_rounded(pretension[kept]), _rounded(torque[kept])]
     return json.dumps(
         {
             "pretension": _rounded(growth.pretension),
@@ -238,7 +214,7 @@ def _data(growth: GrowthMap, motion: PlannedMotion | None) -> str:
             "tuned": list(growth.tuned),
             "own_pretension": growth.own_pretension,
             "own_torque": growth.own_torque,
-            "path": None if motion is None else _path(growth, motion),
+            "path": path,
             "highest": float(finite.max()) if finite.size else 10.0,
         },
         allow_nan=False,

@@ -9,18 +9,8 @@ from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.figures.shapes import draw_mode, name_places
-from cabledrive.report.picture import (
-    BLUE,
-    GREEN,
-    OCHRE,
-    ORANGE,
-    PURPLE,
-    QUIET,
-    RED,
-    TEXT,
-    file_figure,
-    file_picture,
-)
+from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture
+from cabledrive.report.words import speed_unit
 from cabledrive.studies.excitation_orders import Branch, Campbell
 
 if TYPE_CHECKING:
@@ -62,7 +52,7 @@ def mode_picture(drive: Drive | RoutedDrive, found: Modes, form: str, *, most: i
     return file_picture(mode_figure(drive, found, most=most), form)
 
 
-LINES = (RED, GREEN, PURPLE, OCHRE)
+LINES = (Hue.RED, Hue.GREEN, Hue.PURPLE, Hue.OCHRE)
 MOST_NAMES = 8
 
 
@@ -76,8 +66,8 @@ def draw_campbell(figure: "Figure", found: Campbell) -> None:
     axes = figure.add_subplot()
     top, reached = found.covered, found.low
     for low, high in (*found.clear, (found.high, found.high)):
-        axes.axvspan(reached, low, color=ORANGE, alpha=0.15, linewidth=0.0)
-        axes.axvspan(low, high, ymax=0.02, color=GREEN, linewidth=0.0)
+        axes.axvspan(reached, low, color=Hue.ORANGE, alpha=0.15, linewidth=0.0)
+        axes.axvspan(low, high, ymax=0.02, color=Hue.GREEN, linewidth=0.0)
         reached = high
     for branch in found.branches:
         _band(axes, branch, top, found)
@@ -85,11 +75,11 @@ def draw_campbell(figure: "Figure", found: Campbell) -> None:
     for number, (name, rate) in enumerate(found.orders.items()):
         colour = LINES[number % len(LINES)]
         axes.plot(speeds, rate * speeds, color=colour, linewidth=2.0, label=f"order {name}")
-    axes.set_xlim(found.low, found.high)
-    axes.set_ylim(0.0, top)
-    unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
-    axes.set_xlabel(f"speed of {found.coordinate} [{unit}]; green: clear of all modes")
-    axes.set_ylabel("frequency [Hz]")
+    axes.set(xlim=(found.low, found.high), ylim=(0.0, top))
+    unit = speed_unit(found.coordinate)
+    axes.set(
+        xlabel=f"speed of {found.coordinate} [{unit}]; green: clear of all modes", ylabel="frequency [Hz]"
+    )
     axes.legend(frameon=False, loc="upper left")
     _names(axes, found, top)
 
@@ -97,7 +87,7 @@ def draw_campbell(figure: "Figure", found: Campbell) -> None:
 def _band(axes: "Axes", branch: Branch, top: float, found: Campbell) -> None:
     own = branch.hertz[~np.isnan(branch.hertz)]
     low, high = own.min(), min(own.max(), top)
-    colour = BLUE if branch.kind == "longitudinal" else QUIET
+    colour = Hue.BLUE if branch.kind == "longitudinal" else Hue.QUIET
     axes.fill_between([found.low, found.high], low, high, color=colour, alpha=0.05, linewidth=0.0)
     for edge in {low, high} - {top}:
         axes.plot([found.low, found.high], [edge, edge], color=colour, linewidth=0.7)
@@ -121,7 +111,7 @@ def _names(axes: "Axes", found: Campbell, top: float) -> None:
         )
 
 
-_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, OCHRE, RED)
+_COLOURS = (Hue.BLUE, Hue.ORANGE, Hue.GREEN, Hue.PURPLE, Hue.OCHRE, Hue.RED)
 _PANEL = 4.6  # inch
 MOST_FIELDS = 4
 
@@ -169,16 +159,13 @@ def _draw_curves(axes: "Axes", found: "xr.Dataset", dim: str) -> None:
     x = found[dim].values
     for mode in found["mode"].values:
         own = found.sel(mode=mode).isel(rest)
-        first = mode == found["mode"].values[0]
-        axes.plot(x, own["transverse_hz"], color=QUIET, linewidth=0.8, label="transverse" if first else None)
-        axes.plot(
-            x, own["longitudinal_hz"], color=BLUE, linewidth=1.6, label="longitudinal" if first else None
-        )
+        for kind, colour, width in (("transverse", Hue.QUIET, 0.8), ("longitudinal", Hue.BLUE, 1.6)):
+            words = kind if mode == found["mode"].values[0] else None
+            axes.plot(x, own[f"{kind}_hz"], color=colour, linewidth=width, label=words)
     for number, (name, data) in enumerate(fields_of(found) if "coordinate_hz" in found else []):
         colour = _COLOURS[(number + 1) % len(_COLOURS)]
         axes.plot(x, data.values, ":", color=colour, linewidth=2.4, label=name)
-    axes.set_xlabel(_label(found, dim))
-    axes.set_ylabel("frequency [Hz]")
+    axes.set(xlabel=_label(found, dim), ylabel="frequency [Hz]")
     axes.set_ylim(bottom=0.0)
     axes.legend(frameon=False)
 
@@ -192,9 +179,7 @@ def _draw_field(figure: "Figure", axes: "Axes", name: str, data: "xr.DataArray",
         axes.clabel(lines, fmt="%.4g", fontsize=7)
     bar = figure.colorbar(mesh, ax=axes)
     bar.set_label("Hz")
-    axes.set_title(name)
-    axes.set_xlabel(_label(data, plane[0]))
-    axes.set_ylabel(_label(data, plane[1]))
+    axes.set(title=name, xlabel=_label(data, plane[0]), ylabel=_label(data, plane[1]))
 
 
 def _label(found: Any, dim: str) -> str:

@@ -1,6 +1,6 @@
 """From chapters to one page of HTML that needs no other file and no network."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from importlib import resources
@@ -94,7 +94,8 @@ def page_of(
 def render(page: Page) -> str:
     """Set a page as HTML, the same for the same page; `ValueError` if two places have the same name."""
     _check_anchors(page)
-    environment = _environment()
+    environment = page_environment(_template)
+    environment.filters |= {"capital": capital, "identity": id, "plot_json": plot_json}
     machines = [view for view in page.views if view.group == "machines"]
     alone = len(machines) == 1 and not page.links  # the page opens on the machine, not on a card
     every = [block for view in page.views for block in view.blocks]
@@ -123,16 +124,16 @@ def render(page: Page) -> str:
     return typeset(html)
 
 
-def _environment() -> jinja2.Environment:
+def page_environment(load: Callable[[str], str]) -> jinja2.Environment:
+    """What sets templates of pages, which are loaded by name."""
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template),
+        loader=jinja2.FunctionLoader(load),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
     environment.globals["unit_name"] = unit_name
-    environment.filters |= {"capital": capital, "identity": id, "plot_json": plot_json}
     return environment
 
 

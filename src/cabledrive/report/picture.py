@@ -46,29 +46,36 @@ COLOURS: dict[str, tuple[str, str]] = {
     "ochre": ("#7a6200", "#d9bd4e"),
     "red": ("#b3261e", "#ff8f85"),
 }
-PAPER, CARD, INK, QUIET, LINE, FAINT, BLUE, ORANGE, GREEN, PURPLE, OCHRE, RED = (
-    light for light, _ in COLOURS.values()
-)
-SPAN_COLOURS = {"upper": BLUE, "lower": ORANGE}
+
+
+class Hue:
+    """The same in the light theme, in which figures are drawn."""
+
+    PAPER, CARD, INK, QUIET, LINE, FAINT, BLUE, ORANGE, GREEN, PURPLE, OCHRE, RED = (
+        light for light, _ in COLOURS.values()
+    )
+
+
+SPAN_COLOURS = {"upper": Hue.BLUE, "lower": Hue.ORANGE}
 FAMILY_COLOURS = {
-    "pulleys out of phase": BLUE,
-    "pulleys in phase": ORANGE,
-    "pulleys at rest": QUIET,
-    "carriage-dominated": GREEN,
-    "motor joint": PURPLE,
+    "pulleys out of phase": Hue.BLUE,
+    "pulleys in phase": Hue.ORANGE,
+    "pulleys at rest": Hue.QUIET,
+    "carriage-dominated": Hue.GREEN,
+    "motor joint": Hue.PURPLE,
 }
 
 _RC: dict[Any, Any] = {
-    "axes.edgecolor": LINE,
+    "axes.edgecolor": Hue.LINE,
     "axes.facecolor": "none",
     "axes.formatter.useoffset": False,
     "axes.grid": False,
-    "axes.labelcolor": QUIET,
+    "axes.labelcolor": Hue.QUIET,
     "axes.labelsize": SMALL,
     "axes.linewidth": 1.0,
     "axes.spines.right": False,
     "axes.spines.top": False,
-    "axes.titlecolor": INK,
+    "axes.titlecolor": Hue.INK,
     "axes.titlelocation": "left",
     "axes.titlesize": TEXT,
     "axes.unicode_minus": True,
@@ -76,19 +83,19 @@ _RC: dict[Any, Any] = {
     "figure.facecolor": "none",
     "font.family": "DejaVu Sans",
     "font.size": SMALL,
-    "grid.color": FAINT,
+    "grid.color": Hue.FAINT,
     "lines.linewidth": 1.8,
     "lines.solid_capstyle": "round",
     "savefig.dpi": 72,
     "svg.fonttype": "none",
-    "text.color": INK,
+    "text.color": Hue.INK,
     "text.parse_math": False,
     "text.usetex": False,
-    "xtick.color": LINE,
-    "xtick.labelcolor": QUIET,
+    "xtick.color": Hue.LINE,
+    "xtick.labelcolor": Hue.QUIET,
     "xtick.labelsize": SMALL,
-    "ytick.color": LINE,
-    "ytick.labelcolor": QUIET,
+    "ytick.color": Hue.LINE,
+    "ytick.labelcolor": Hue.QUIET,
     "ytick.labelsize": SMALL,
 }
 
@@ -103,7 +110,7 @@ def theme_css() -> str:
 
 def family_colour(family: str) -> str:
     """Colour of a family of modes. Returns hexadecimal, of the light theme."""
-    return FAMILY_COLOURS.get(family, OCHRE)
+    return FAMILY_COLOURS.get(family, Hue.OCHRE)
 
 
 def short_family(family: str) -> str:
@@ -129,7 +136,7 @@ def house_style(more: dict[Any, Any] | None = None) -> Iterator[None]:
 
 # A file of its own: white paper behind it, and letters as outlines, for wherever it is shown.
 _FILE_STYLE: dict[Any, Any] = {
-    "figure.facecolor": PAPER,
+    "figure.facecolor": Hue.PAPER,
     "svg.fonttype": "path",
     "svg.hashsalt": "cabledrive",
     "pdf.fonttype": 42,

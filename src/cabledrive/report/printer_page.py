@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from cabledrive.identification.printer import ALIKE, Belts, Printer, PrinterShaper, spectrogram
-from cabledrive.identification.printer_spectrum import PrinterSpectrum
+from cabledrive.identification.printer_spectrum import PrinterSpectrum, ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.modal import modes
 from cabledrive.parameters import content_hash
@@ -28,21 +28,7 @@ from cabledrive.report.blocks import (
     table,
 )
 from cabledrive.report.page import page_of
-from cabledrive.report.picture import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    OCHRE,
-    ORANGE,
-    PURPLE,
-    QUIET,
-    TEXT,
-    file_figure,
-    file_picture,
-    label,
-    picture,
-)
+from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture, label, picture
 from cabledrive.report.typesetting import fixed, number
 from cabledrive.studies.mode_map import frequency_of_coordinate
 from cabledrive.trajectories.input_shaping import TOLERANCE, residual_vibration
@@ -99,7 +85,8 @@ def peaks_table(axis: PrinterShaper, machine: RoutedDrive | None = None) -> Tabl
     rows = [
         (
             peak.source,
-            f"{peak.frequency:.1f}{_within(peak)}",
+            f"{peak.frequency:.1f}"
+            + ("" if peak.frequency_low is None else f" +- {peak.frequency - peak.frequency_low:.2f}"),
             "not known"
             if peak.damping is None or peak.damping_low is None or peak.damping_high is None
             else f"{100 * peak.damping:.2f} ({100 * peak.damping_low:.2f} to {100 * peak.damping_high:.2f})",
@@ -119,16 +106,11 @@ def peaks_table(axis: PrinterShaper, machine: RoutedDrive | None = None) -> Tabl
     return table(caption + (", beside computed" if machine else ""), heads, groups)
 
 
-def _within(peak: SpectrumPeak) -> str:
-    """Half of the interval of a peak's frequency; nothing where there is none."""
-    return "" if peak.frequency_low is None else f" +- {peak.frequency - peak.frequency_low:.2f}"
-
-
 def _spectra(axis: PrinterShaper, name: str) -> Plot:
     """Densities of all logs, and the amplitude that each shaper keeps, over one axis of frequency."""
     points = max((s.frequency for s in axis.spectra), key=len)
     density = in_turn((s.source, _on(points, s)) for s in axis.spectra)
-    fits = axis.shapers if axis.recommended in axis.shapers else (*axis.shapers, axis.recommended)
+    fits = _fits(axis)
     left = [residual_vibration(fit.shaper, np.maximum(points, 0.1), axis.damping) for fit in fits]
     curves = in_turn(
         (f"{fit.type} {fit.frequency:.1f} Hz", 100 * kept) for fit, kept in zip(fits, left, strict=True)
@@ -151,10 +133,15 @@ def _on(points: np.ndarray, spectrum: PrinterSpectrum) -> np.ndarray:
     return np.interp(points, spectrum.frequency, spectrum.density, right=np.nan)
 
 
+def _fits(axis: PrinterShaper) -> tuple[ShaperFit, ...]:
+    """The best shaper of each type, and the recommended one where it is none of them."""
+    best = axis.recommended
+    return axis.shapers if best in axis.shapers else (*axis.shapers, best)
+
+
 def shapers_table(axis: PrinterShaper) -> Table:
     """The best shaper of each type, and the recommended one, with what each costs."""
     best, judged = axis.recommended, axis.refused is None
-    fits = axis.shapers if best in axis.shapers else (*axis.shapers, best)
     rows = (
         (
             fit.type + (" (recommended)" if fit is best and judged else ""),
@@ -164,7 +151,7 @@ def shapers_table(axis: PrinterShaper) -> Table:
             f"{100 * round(10 * fit.max_acceleration)}",
             "nowhere" if fit.band is None else f"{fit.band[0]:.1f} to {fit.band[1]:.1f}",
         )
-        for fit in fits
+        for fit in _fits(axis)
     )
     heads = "type | frequency [Hz] | left [%] | smoothing [mm] | max_accel [mm/s^2] | within 5 % [Hz]"
     return table(f"Shapers for axis {axis.axis or 'unknown'}", heads, rows)
@@ -182,8 +169,7 @@ def _sweep(name: str, spectrum: PrinterSpectrum, found: Printer) -> Block | None
         mesh = axes.pcolormesh(
             time, frequency, level, cmap="viridis", vmin=-50.0, vmax=0.0, shading="nearest", rasterized=True
         )
-        axes.set_xlabel("time [s]")
-        axes.set_ylabel("frequency [Hz]")
+        axes.set(xlabel="time [s]", ylabel="frequency [Hz]")
         figure.colorbar(mesh, ax=axes).set_label("level [dB]")
 
     return blocks.Figure(
@@ -225,11 +211,11 @@ def _belt_row(a: SpectrumPeak | None, b: SpectrumPeak | None) -> tuple[str, str,
 
 
 LOOKS = {
-    "zv": (BLUE, "-"),
-    "mzv": (ORANGE, "--"),
-    "ei": (GREEN, "-."),
-    "2hump_ei": (PURPLE, ":"),
-    "3hump_ei": (OCHRE, (0, (6, 2, 1, 2, 1, 2))),
+    "zv": (Hue.BLUE, "-"),
+    "mzv": (Hue.ORANGE, "--"),
+    "ei": (Hue.GREEN, "-."),
+    "2hump_ei": (Hue.PURPLE, ":"),
+    "3hump_ei": (Hue.OCHRE, (0, (6, 2, 1, 2, 1, 2))),
 }
 SIZE = (7.2, 5.6)  # inch
 POINTS = 800
@@ -248,14 +234,14 @@ def shaper_picture(found: PrinterShaper, form: str) -> bytes:
         axis = f"Axis {found.axis}: " if found.axis else ""
         figure.suptitle(f"{axis}{best.type} at {best.frequency:.1f} Hz", fontsize=TEXT + 1)
         for spectrum in found.spectra:
-            above.plot(spectrum.frequency, spectrum.density, color=INK, linewidth=1.2)
+            above.plot(spectrum.frequency, spectrum.density, color=Hue.INK, linewidth=1.2)
         for peak in found.peaks:
             ratio = "" if peak.damping is None else f", {100 * peak.damping:.1f} %"
-            above.plot(peak.frequency, peak.height, "o", color=ORANGE, markersize=4)
+            above.plot(peak.frequency, peak.height, "o", color=Hue.ORANGE, markersize=4)
             words = f"{peak.frequency:.1f} Hz{ratio}"
-            label(above, words, (peak.frequency, peak.height), (6, 2), color=QUIET, fontsize=9)
+            label(above, words, (peak.frequency, peak.height), (6, 2), color=Hue.QUIET, fontsize=9)
         frequency = np.linspace(1.0, float(max(s.frequency[-1] for s in found.spectra)), POINTS)
-        for fit in (*found.shapers, *(() if best in found.shapers else (best,))):
+        for fit in _fits(found):
             colour, dashes = LOOKS[fit.type]
             left = 100 * residual_vibration(fit.shaper, frequency, found.damping)
             wide = 2.2 if fit is best else 1.1
@@ -263,14 +249,12 @@ def shaper_picture(found: PrinterShaper, form: str) -> bytes:
             below.plot(frequency, left, color=colour, linestyle=dashes, linewidth=wide, label=words)
         if best.band is not None:
             for axes in (above, below):
-                axes.axvspan(*best.band, color=FAINT, zorder=0)
-        below.axhline(100 * TOLERANCE, color=QUIET, linewidth=0.8, dashes=(4, 3))
-        above.set_ylim(0.0, 1.15)
-        above.set_ylabel("density over frequency [1]")
-        below.set_ylim(0.0, 105.0)
-        below.set_xlim(0.0, frequency[-1])
-        below.set_ylabel("amplitude kept [%]")
-        below.set_xlabel("frequency [Hz]")
+                axes.axvspan(*best.band, color=Hue.FAINT, zorder=0)
+        below.axhline(100 * TOLERANCE, color=Hue.QUIET, linewidth=0.8, dashes=(4, 3))
+        above.set(ylim=(0.0, 1.15), ylabel="density over frequency [1]")
+        below.set(
+            ylim=(0.0, 105.0), xlim=(0.0, frequency[-1]), ylabel="amplitude kept [%]", xlabel="frequency [Hz]"
+        )
         below.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, fontsize=8)
 
     return file_picture(file_figure(draw, SIZE), form)

@@ -3,7 +3,7 @@
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache, partial
+from functools import cache
 from importlib import resources
 from math import radians
 from typing import Any
@@ -46,6 +46,15 @@ def anchors(titles: Sequence[str]) -> tuple[str, ...]:
     return tuple(taken)
 
 
+HELD = {"free": "free", "held": "held", "holding": "on its holding stiffness"}
+"""How the rotor of a motor is held, in words."""
+
+
+def speed_unit(coordinate: str) -> str:
+    """Unit of the speed of a coordinate."""
+    return "m/s" if coordinate.endswith((".x", ".y")) else "rad/s"
+
+
 Say = Callable[..., str]
 
 _FACTORS = {"deg": radians(1.0), "mm": 1e-3, "um": 1e-6, "%": 1e-2}
@@ -54,12 +63,12 @@ _SPACES = re.compile(r"[ \n]+")
 
 def texts(name: str, package: str = "cabledrive.report") -> Say:
     """Texts of ``templates/texts/NAME.txt`` of a package, one plain line each, by macro's name and values."""
-    return partial(_said, package, name)
 
+    def say(macro: str, /, **values: object) -> str:
+        said = getattr(_template(package, name).module, macro)(**values)
+        return _SPACES.sub(" ", str(said)).strip(" ")
 
-def _said(package: str, name: str, macro: str, /, **values: object) -> str:
-    module = _template(package, name).module
-    return _SPACES.sub(" ", str(getattr(module, macro)(**values))).strip(" ")
+    return say
 
 
 @cache

@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
 from html import unescape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash, load_drive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_own_spans
@@ -25,14 +27,13 @@ from cabledrive.studies import frequency_against
 def overview_figure(context: ReportContext) -> Figure:
     """The lowest mode of each kind of every machine on one logarithmic axis."""
     names = [machine.name for machine in context.machines]
-    picture = overview_picture("overview-modes", names, context.modes)
     return Figure(
         name="overview-modes",
         alt="Lowest longitudinal and transverse frequency of each machine on a logarithmic axis; the "
         "numbers are on the cards.",
         caption="The lowest longitudinal (along) and transverse (across) mode of each machine. Where the "
         "second is near half the first, longitudinal motion can excite transverse motion parametrically.",
-        drawing=picture,
+        drawing=overview_picture("overview-modes", names, context.modes),
     )
 
 
@@ -74,82 +75,82 @@ def _of_one(drive: Drive) -> Iterator[Block]:
             "minutes and is omitted here; use cabledrive.studies.frequency_against."
         )
         return
+    tension, inertia = drive.cable.pretension, drive.load_pulley.inertia
+    # fewer values where every one of them takes longer
+    number_of = max(FEWEST, POINTS * 50 // max(50, len(drive.carriage)))
     try:
-        yield from _pretension(drive)
+        figure = _against(
+            drive,
+            "pretension",
+            ("cable.pretension", tension * np.geomspace(0.1, 10.0, number_of), 3),
+            "Frequencies against pretension: the longitudinal modes are horizontal lines, the lowest "
+            "transverse one rises.",
+            f"frequencies against pretension, from a tenth to ten times its {quantity(tension, 'N')}.",
+            quantity="pretension",
+            unit="N",
+            here=tension,
+        )
+        yield Paragraph(
+            text=f"A higher pretension raises the transverse frequencies, nearly with its square root, and "
+            f"does not change the longitudinal ones. In {drive.name} the lowest transverse mode crosses "
+            "several frequency ratios; at half the lowest longitudinal frequency, the motion of the "
+            "pulleys can excite it parametrically."
+        )
+        yield figure
         if not drive.load_pulley.fixed:
-            yield from _inertia(drive)
+            yield _against(
+                drive,
+                "inertia",
+                ("pulley.1.inertia", inertia * np.geomspace(0.01, 100.0, number_of), 4),
+                "Frequencies of {modes} modes against the inertia of the load pulley; the lowest goes from "
+                "{first} Hz to {last} Hz.",
+                "{modes} modes tracked by their shapes while the load pulley grows from a hundredth to a "
+                "hundred times its inertia.",
+                quantity="inertia of the load pulley, relative to this drive's",
+                scale=inertia,
+                here=inertia,
+                across=False,
+            )
     except NotComputed as reason:
         yield Note(text=f"The modes of {drive.name} could not be followed further: {reason}.", tone="warning")
 
 
-def _points(drive: Drive) -> int:
-    """Fewer values where every one of them takes longer."""
-    return max(FEWEST, POINTS * 50 // max(50, len(drive.carriage)))
-
-
-def _pretension(drive: Drive) -> Iterator[Block]:
-    tension = drive.cable.pretension
-    values = tension * np.geomspace(0.1, 10.0, _points(drive))
-    data = frequency_against(drive, "cable.pretension", values, modes=3)
-    picture = followed_picture("against-pretension", data, "pretension", unit="N", here=tension)
-    yield Paragraph(
-        text=f"A higher pretension raises the transverse frequencies, nearly with its square root, and "
-        f"does not change the longitudinal ones. In {drive.name} the lowest transverse mode crosses "
-        "several frequency ratios; at half the lowest longitudinal frequency, the motion of the "
-        "pulleys can excite it parametrically."
-    )
-    yield Figure(
-        name="against-pretension",
-        alt="Frequencies against pretension: the longitudinal modes are horizontal lines, the lowest "
-        "transverse one rises.",
-        caption=f"{drive.name}: frequencies against pretension, from a tenth to ten times its "
-        f"{quantity(tension, 'N')}.",
-        drawing=picture,
-    )
-
-
-def _inertia(drive: Drive) -> Iterator[Block]:
-    inertia = drive.load_pulley.inertia
-    values = inertia * np.geomspace(0.01, 100.0, _points(drive))
-    data = frequency_against(drive, "pulley.1.inertia", values, modes=4)
-    label = "inertia of the load pulley, relative to this drive's"
-    picture = followed_picture("against-inertia", data, label, scale=inertia, here=inertia, across=False)
-    ends = data["frequency"].to_numpy()[0]
-    yield Figure(
-        name="against-inertia",
-        alt=f"Frequencies of {data.sizes['mode']} modes against the inertia of the load pulley; the lowest "
-        f"goes from {number(ends[0], 3)} Hz to {number(ends[-1], 3)} Hz.",
-        caption=f"{drive.name}: {data.sizes['mode']} modes tracked by their shapes while the load pulley "
-        "grows from a hundredth to a hundred times its inertia.",
-        drawing=picture,
-    )
-
-
 def _travel(drive: Drive) -> Iterator[Block]:
     """The carriage on its way along its span."""
-    length, here = drive.span_length, drive.carriage[0].position
-    data = frequency_against(drive, "carriage.0.position", length * np.linspace(0.03, 0.97, 95), modes=4)
-    picture = followed_picture(
-        "against-position",
-        data,
-        "position of the carriage",
-        unit="m",
-        here=here,
-        logarithmic=False,
-        across=False,
-    )
     yield Paragraph(
         text="With a travelling carriage the frequencies depend on its position. Where two curves approach "
         "each other they veer: they exchange their shapes without touching. Without a symmetry they do "
         "not cross."
     )
-    yield Figure(
-        name="against-position",
-        alt=f"Frequencies of {data.sizes['mode']} modes against the position of the carriage, with "
-        f"{data.sizes['crossing']} near-crossings marked.",
-        caption=f"{drive.name}: modes tracked by their shapes while the carriage goes from one pulley to "
-        "the other. Colours: parts that move; rings: veerings.",
-        drawing=picture,
+    yield _against(
+        drive,
+        "position",
+        ("carriage.0.position", drive.span_length * np.linspace(0.03, 0.97, 95), 4),
+        "Frequencies of {modes} modes against the position of the carriage, with {crossings} near-crossings "
+        "marked.",
+        "modes tracked by their shapes while the carriage goes from one pulley to the other. Colours: parts "
+        "that move; rings: veerings.",
+        quantity="position of the carriage",
+        unit="m",
+        here=drive.carriage[0].position,
+        logarithmic=False,
+        across=False,
+    )
+
+
+def _against(
+    drive: Drive, name: str, asked: tuple[str, Array, int], alt: str, caption: str, **looks: Any
+) -> Figure:
+    """Frequencies against a quantity: its key, values and how many modes are asked for."""
+    key, values, count = asked
+    data = frequency_against(drive, key, values, modes=count)
+    first, last = (number(hertz, 3) for hertz in data["frequency"].to_numpy()[0, [0, -1]])
+    found = {"modes": data.sizes["mode"], "crossings": data.sizes["crossing"], "first": first, "last": last}
+    return Figure(
+        name=f"against-{name}",
+        alt=alt.format(**found),
+        caption=f"{drive.name}: {caption.format(**found)}",
+        drawing=followed_picture(f"against-{name}", data, **looks),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
 from cabledrive.parameters import InputRefused, NotComputed
@@ -97,4 +97,7 @@ def _ready(request: Request) -> Response:
 
 
 async def _refused(request: Request, error: Exception) -> Response:
-    return PlainTextResponse(f"{error}\n", 400)
+    """Why a request is refused: for a script of the page, or for a person who opened the address."""
+    if "text/html" in request.headers.get("accept", ""):
+        return PlainTextResponse(f"{error}\n", 400)
+    return JSONResponse({"refusal": str(error)}, 400)

@@ -1,12 +1,12 @@
 """From the fields of a page to the arguments of a command of the package; nothing else runs."""
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from cabledrive.identification.printer import belt_of, is_printer_file
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import InputRefused, NotComputed, drive_text
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studio.library import slug
 from cabledrive.studio.state import Desk, State, arguments, drive_of
@@ -22,12 +22,37 @@ class Asked:
     arguments: list[str]
 
 
-def drive_file(desk: Desk, state: State, folder: Path) -> str:
-    """The drive of a state as a file beside its specification."""
-    from cabledrive.parameters import drive_text
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """What a page asks for, and the folder in which the command will run."""
 
-    (folder / "drive.toml").write_text(drive_text(drive_of(desk.library, state)), encoding="utf-8")
-    return "drive.toml"
+    desk: Desk
+    state: State
+    form: Form
+    folder: Path
+
+    def given(self, *names: str, **others: str) -> list[str]:
+        """Options whose field is filled, each with its value in one argument; others by their fields."""
+        options = {name: f"--{name}" for name in names} | others
+        return [f"{option}={self.form[name]}" for name, option in options.items() if self.form.get(name)]
+
+    def on_drive(self, title: str, command: str, *options: str) -> Asked:
+        """A command on the drive of the state, whose name closes the title."""
+        made = arguments(self.desk.library, self.state, command, *options)
+        return Asked(f"{title} {self.state.drive}", made)
+
+    def log(self, field: str = "log") -> Path:
+        """The log that a field names."""
+        return self.desk.logs.path(self.form.get(field, "")).absolute()
+
+    def write(self, name: str, text: str) -> str:
+        """A file beside the specification; its name."""
+        (self.folder / name).write_text(text, encoding="utf-8")
+        return name
+
+    def drive_file(self) -> str:
+        """The drive of the state as such a file."""
+        return self.write("drive.toml", drive_text(drive_of(self.desk.library, self.state)))
 
 
 def map_option(desk: Desk, state: State) -> list[str]:
@@ -37,11 +62,6 @@ def map_option(desk: Desk, state: State) -> list[str]:
     except (InputRefused, NotComputed):
         routes = False
     return [] if routes else ["--map", "map.html"]
-
-
-def given(form: Form, **options: str) -> list[str]:
-    """Options whose field is filled, each with its value in one argument."""
-    return [f"{option}={form[name]}" for name, option in options.items() if form.get(name)]
 
 
 def number(text: str, words: str) -> float:
@@ -60,75 +80,6 @@ def whole(text: str, words: str, most: int) -> int:
     if not (text.isascii() and text.isdigit() and 1 <= int(text[:9]) <= most):
         raise InputRefused(f"{words}: {text[:40]!r} is no whole number from 1 to {most}: write one")
     return int(text)
-
-
-def travel(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    """Natural frequencies over the travel, with the speeds that excite them."""
-    options = given(form, vary1="--vary", vary2="--vary", order1="--order", order2="--order", speed="--speed")
-    options += given(form, count="--count", motor="--motor")
-    if not any(option.startswith("--vary") for option in options):
-        raise InputRefused("write what varies, such as head.x=60mm:360mm:3")
-    return Asked(
-        f"Map of {state.drive} over its travel",
-        arguments(desk.library, state, "map", *options, "--page=map.html", "-o", "map.nc"),
-    )
-
-
-def sheet(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    """The report of the machine."""
-    return Asked(f"Report of {state.drive}", ["report", drive_file(desk, state, folder), "-o", "report.html"])
-
-
-def virtual_log(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    """A log of the virtual rig."""
-    options = given(form, axis="--axis", seed="--seed")
-    return Asked(
-        f"Virtual log of {state.drive}",
-        arguments(desk.library, state, "experiment", *options, "-o", "log.csv"),
-    )
-
-
-def ping(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    """Tension from the recording of a pluck; a second recording is compared with it."""
-    recordings = [desk.logs.path(form.get("log", ""))]
-    options = given(form, span="--span")
-    if form.get("log2"):
-        recordings.append(desk.logs.path(form["log2"]))
-        options += given(form, span2="--span")
-    source = drive_file(desk, state, folder)
-    return Asked(
-        f"Tension from {' and '.join(path.name for path in recordings)}",
-        ["identify", f"--ping={source}", *options, *(str(path.absolute()) for path in recordings)],
-    )
-
-
-def shaper(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    """The page of the printer from all logs here that are named after its tests; of another name, a plot."""
-    path = desk.logs.path(form.get("log", ""))
-    options = given(form, axis="--axis")
-    if options or not is_printer_file(path.name):
-        return Asked(
-            f"Input shaper from {path.name}", ["shaper", *options, "--plot=shaper.svg", str(path.absolute())]
-        )
-    oldest_first = [desk.logs.path(log) for log, _ in reversed(desk.logs.listed())]
-    paths = {one.name: one.absolute() for one in oldest_first if is_printer_file(one.name)}
-    alone = len({belt_of(name) for name in paths} - {None}) == 1
-    files = [str(one) for name, one in paths.items() if not (alone and belt_of(name))]
-    machine = []
-    if isinstance(drive_of(desk.library, state), RoutedDrive):
-        machine = [f"--machine={drive_file(desk, state, folder)}"]
-    return Asked(f"Printer page of {len(files)} logs", ["shaper", "--page=printer.html", *machine, *files])
-
-
-def klipper(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    """The lines of a printer's configuration from a shaper that was found here."""
-    job = desk.jobs.all.get(int(form["job"]) if form.get("job", "").isdecimal() else -1)
-    if job is None or job.arguments[0] != "shaper" or not job.answer:
-        raise InputRefused("no input shaper was found under this number: find one under Logs first")
-    (folder / "shaper.json").write_text(json.dumps(job.answer), encoding="utf-8")
-    return Asked(
-        f"Printer lines of work {job.number}", ["export", "shaper.json", "--format=klipper", "-o", "klipper"]
-    )
 
 
 LONGEST = 200
@@ -160,97 +111,135 @@ def asked(desk: Desk, kind: str, state: State, form: Form, folder: Path) -> Aske
         raise InputRefused(f'"{kind[:40]}" is nothing that is started here')
     if any(len(value) > LONGEST for value in form.values()):
         raise InputRefused(f"a field holds more than {LONGEST} characters: write less")
-    return KINDS[kind](desk, state, form, folder)
+    return KINDS[kind](Asking(desk, state, form, folder))
 
 
-def _study(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    options = ["--quick"] if form.get("quick") else []
-    options += [f"--log={desk.logs.path(form['log']).absolute()}"] if form.get("log") else []
-    if form.get("error"):
-        (folder / "goals.toml").write_text(
-            f"[goals]\nerror = {json.dumps(form['error'])}\n", encoding="utf-8"
-        )
-        options.append("--goals=goals.toml")
-    return Asked(f"Study of {state.drive}", arguments(desk.library, state, "study", *options, "-o", "study"))
+def _travel(own: Asking) -> Asked:
+    """Natural frequencies over the travel, with the speeds that excite them."""
+    repeated = {"vary1": "--vary", "vary2": "--vary", "order1": "--order", "order2": "--order"}
+    options = [*own.given(**repeated), *own.given("speed", "count", "motor")]
+    if not any(option.startswith("--vary") for option in options):
+        raise InputRefused("write what varies, such as head.x=60mm:360mm:3")
+    found = own.on_drive("Map of", "map", *options, "--page=map.html", "-o", "map.nc")
+    return replace(found, title=f"{found.title} over its travel")
 
 
-def _compare(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    from cabledrive.rig.laws.registry import CONTROLLERS
+def _sheet(own: Asking) -> Asked:
+    """The report of the machine."""
+    return Asked(f"Report of {own.state.drive}", ["report", own.drive_file(), "-o", "report.html"])
 
-    laws = [name for name in CONTROLLERS if form.get(f"law-{name}")]
-    options = [f"--controllers={','.join(laws)}"] if laws else []
-    options += given(form, axis="--axis", draws="--draws", angle="--angle", rise="--rise", goal="--goal")
-    lines = []
-    for switch, (words, key, unit) in SWITCHES.items():
-        if form.get(switch):
-            value = number(form.get(f"{switch}-value", ""), words)
-            lines.append(f'{key} = ["0 {unit}", "{value:.9g} {unit}"]')
-    if lines:
-        (folder / "disturbances.toml").write_text(
-            "[disturbances]\n" + "\n".join(lines) + "\n", encoding="utf-8"
-        )
-        options.append("--disturbances=disturbances.toml")
+
+def _virtual_log(own: Asking) -> Asked:
+    """A log of the virtual rig."""
+    return own.on_drive("Virtual log of", "experiment", *own.given("axis", "seed"), "-o", "log.csv")
+
+
+def _ping(own: Asking) -> Asked:
+    """Tension from the recording of a pluck; a second recording is compared with it."""
+    recordings, options = [own.log()], own.given("span")
+    if own.form.get("log2"):
+        recordings.append(own.log("log2"))
+        options += own.given(span2="--span")
+    title = f"Tension from {' and '.join(path.name for path in recordings)}"
+    return Asked(title, ["identify", f"--ping={own.drive_file()}", *options, *map(str, recordings)])
+
+
+def _shaper(own: Asking) -> Asked:
+    """The page of the printer from all logs here that are named after its tests; of another name, a plot."""
+    path, options, logs = own.log(), own.given("axis"), own.desk.logs
+    if options or not is_printer_file(path.name):
+        return Asked(f"Input shaper from {path.name}", ["shaper", *options, "--plot=shaper.svg", str(path)])
+    oldest_first = [logs.path(log) for log, _ in reversed(logs.listed())]
+    paths = {one.name: one.absolute() for one in oldest_first if is_printer_file(one.name)}
+    alone = len({belt_of(name) for name in paths} - {None}) == 1
+    files = [str(one) for name, one in paths.items() if not (alone and belt_of(name))]
+    routed = isinstance(drive_of(own.desk.library, own.state), RoutedDrive)
+    machine = [f"--machine={own.drive_file()}"] if routed else []
+    return Asked(f"Printer page of {len(files)} logs", ["shaper", "--page=printer.html", *machine, *files])
+
+
+def _klipper(own: Asking) -> Asked:
+    """The lines of a printer's configuration from a shaper that was found here."""
+    number = own.form.get("job", "")
+    job = own.desk.jobs.all.get(int(number) if number.isdecimal() else -1)
+    if job is None or job.arguments[0] != "shaper" or not job.answer:
+        raise InputRefused("no input shaper was found under this number: find one under Logs first")
+    source = own.write("shaper.json", json.dumps(job.answer))
     return Asked(
-        f"Laws compared on {state.drive}",
-        arguments(desk.library, state, "compare", *options, "-o", "comparison"),
+        f"Printer lines of work {job.number}", ["export", source, "--format=klipper", "-o", "klipper"]
     )
 
 
-def _sweep(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
+def _study(own: Asking) -> Asked:
+    options = ["--quick"] if own.form.get("quick") else []
+    options += [f"--log={own.log()}"] if own.form.get("log") else []
+    if error := own.form.get("error"):
+        goals = own.write("goals.toml", f"[goals]\nerror = {json.dumps(error)}\n")
+        options.append(f"--goals={goals}")
+    return own.on_drive("Study of", "study", *options, "-o", "study")
+
+
+def _compare(own: Asking) -> Asked:
+    laws = [name for name in _laws() if own.form.get(f"law-{name}")]
+    options = [f"--controllers={','.join(laws)}"] if laws else []
+    options += own.given("axis", "draws", "angle", "rise", "goal")
+    lines = []
+    for switch, (words, key, unit) in SWITCHES.items():
+        if own.form.get(switch):
+            value = number(own.form.get(f"{switch}-value", ""), words)
+            lines.append(f'{key} = ["0 {unit}", "{value:.9g} {unit}"]\n')
+    if lines:
+        file = own.write("disturbances.toml", "".join(["[disturbances]\n", *lines]))
+        options.append(f"--disturbances={file}")
+    return own.on_drive("Laws compared on", "compare", *options, "-o", "comparison")
+
+
+def _laws() -> Iterable[str]:
+    """Names of all control laws, whose libraries no page waits for."""
+    from cabledrive.rig.laws.registry import CONTROLLERS
+
+    return CONTROLLERS
+
+
+def _sweep(own: Asking) -> Asked:
+    form = own.form
     rows, count = whole(form.get("rows", ""), "rows", 10_000), whole(form.get("count", "6"), "modes", 60)
-    spec = ["drive = " + json.dumps(drive_file(desk, state, folder)), "", "[vary]"]
+    spec = ["drive = " + json.dumps(own.drive_file()), "", "[vary]"]
     for n in ("1", "2", "3"):
         if form.get(f"key{n}"):
             low, high = (json.dumps(form.get(f"{end}{n}", "")) for end in ("from", "to"))
             spec.append(f"{json.dumps(form[f'key{n}'])} = {{ from = {low}, to = {high} }}")
     spec += ["", "[design]", 'kind = "sobol"', f"rows = {rows}", "seed = 0"]
     spec += ["", "[compute]", 'what = "modes"', f"count = {count}", ""]
-    (folder / "campaign.toml").write_text("\n".join(spec), encoding="utf-8")
-    return Asked(f"Sweep of {state.drive}", ["sweep", "campaign.toml", "--workers=1", "-o", "campaign.zarr"])
+    file = own.write("campaign.toml", "\n".join(spec))
+    return Asked(f"Sweep of {own.state.drive}", ["sweep", file, "--workers=1", "-o", "campaign.zarr"])
 
 
-def _export(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    form_ = form.get("format", "")
-    if form_ not in FORMATS:
+def _export(own: Asking) -> Asked:
+    form, what = own.form.get("format", ""), own.form.get("what", "controller")
+    if form not in FORMATS:
         raise InputRefused(f"format is none of {', '.join(FORMATS)}")
-    what = form.get("what", "controller")
-    options = [
-        f"--format={form_}",
-        f"--what={what if what in ('controller', 'plant', 'loop') else 'controller'}",
-    ]
-    options += given(form, controller="--controller", axis="--axis") + (
-        ["--float32"] if form.get("float32") else []
-    )
-    source = drive_file(desk, state, folder)
-    return Asked(
-        f"Export of {state.drive} as {form_}", ["export", source, *options, "-o", f"export-{slug(form_)}"]
-    )
+    what = what if what in ("controller", "plant", "loop") else "controller"
+    options = [f"--format={form}", f"--what={what}", *own.given("controller", "axis")]
+    options += ["--float32"] if own.form.get("float32") else []
+    arguments = ["export", own.drive_file(), *options, "-o", f"export-{slug(form)}"]
+    return Asked(f"Export of {own.state.drive} as {form}", arguments)
 
 
-def _map(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    options = given(form, torque="--torque", limit="--limit")
-    if form.get("motion"):
-        options.append(f"--motion={desk.logs.path(form['motion']).absolute()}")
-    else:
-        options = given(form, torque="--torque")
-    return Asked(
-        f"Resonance map of {state.drive}",
-        arguments(desk.library, state, "resonance", *options, *map_option(desk, state)),
-    )
+def _map(own: Asking) -> Asked:
+    options = own.given("torque")
+    if own.form.get("motion"):
+        options += [*own.given("limit"), f"--motion={own.log('motion')}"]
+    return own.on_drive("Resonance map of", "resonance", *options, *map_option(own.desk, own.state))
 
 
-def _controlled(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    from cabledrive.rig.laws.registry import CONTROLLERS
-
-    law = form.get("film-law", "")
-    if law not in CONTROLLERS:
+def _controlled(own: Asking) -> Asked:
+    law = own.form.get("film-law", "")
+    if law not in _laws():
         raise InputRefused("choose a law for the film")
-    options = [f"--controller={law}", *given(form, bandwidth="--bandwidth", angle="--angle")]
-    options += [*given(form, rise="--rise", dwell="--dwell"), "--plant=cable", *disturbed(form)]
-    return Asked(
-        f"Film of {law} on the cable of {state.drive}",
-        arguments(desk.library, state, "track", *options, "--animate=film.html", "-o", "track.json"),
-    )
+    options = [f"--controller={law}", *own.given("bandwidth", "angle", "rise", "dwell"), "--plant=cable"]
+    files = ("--animate=film.html", "-o", "track.json")
+    return own.on_drive(f"Film of {law} on the cable of", "track", *options, *disturbed(own.form), *files)
 
 
 def disturbed(given: Form) -> list[str]:
@@ -258,26 +247,21 @@ def disturbed(given: Form) -> list[str]:
     return [option for name, (_, option) in DISTURBANCES.items() if given.get(name)]
 
 
-def _film(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    options = given(form, torque="--torque-amplitude", frequency="--torque-frequency", pluck="--pluck-upper")
-    options += [f"--duration={form.get('duration') or '0.5 s'}", "--fields=1", "--animate=film.html"]
-    return Asked(
-        f"Film of {state.drive}", arguments(desk.library, state, "simulate", *options, "-o", "run.nc")
-    )
+def _film(own: Asking) -> Asked:
+    options = own.given(torque="--torque-amplitude", frequency="--torque-frequency", pluck="--pluck-upper")
+    options += [f"--duration={own.form.get('duration') or '0.5 s'}", "--fields=1", "--animate=film.html"]
+    return own.on_drive("Film of", "simulate", *options, "-o", "run.nc")
 
 
-def _identify(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    path = desk.logs.path(form.get("log", ""))
-    options = given(form, model="--model", method="--method") + _columns(form)
-    return Asked(
-        f"Identification from {path.name}", ["identify", *options, "--report=page.html", str(path.absolute())]
-    )
+def _identify(own: Asking) -> Asked:
+    path, options = own.log(), [*own.given("model", "method"), *_columns(own.form)]
+    title = f"Identification from {path.name}"
+    return Asked(title, ["identify", *options, "--report=page.html", str(path)])
 
 
-def _response(desk: Desk, state: State, form: Form, folder: Path) -> Asked:
-    path = desk.logs.path(form.get("log", ""))
-    options = given(form, input="--input", response="--response") + _columns(form)
-    return Asked(f"Response of {path.name}", ["response", *options, str(path.absolute())])
+def _response(own: Asking) -> Asked:
+    path, options = own.log(), [*own.given("input", "response"), *_columns(own.form)]
+    return Asked(f"Response of {path.name}", ["response", *options, str(path)])
 
 
 def _columns(form: Form) -> list[str]:
@@ -286,7 +270,7 @@ def _columns(form: Form) -> list[str]:
     return chosen + (["--resample"] if form.get("resample") else [])
 
 
-KINDS: dict[str, Callable[[Desk, State, Form, Path], Asked]] = {
+KINDS: dict[str, Callable[[Asking], Asked]] = {
     "study": _study,
     "compare": _compare,
     "sweep": _sweep,
@@ -296,10 +280,10 @@ KINDS: dict[str, Callable[[Desk, State, Form, Path], Asked]] = {
     "controlled": _controlled,
     "identify": _identify,
     "response": _response,
-    "ping": ping,
-    "shaper": shaper,
-    "klipper": klipper,
-    "travel": travel,
-    "sheet": sheet,
-    "virtual-log": virtual_log,
+    "ping": _ping,
+    "shaper": _shaper,
+    "klipper": _klipper,
+    "travel": _travel,
+    "sheet": _sheet,
+    "virtual-log": _virtual_log,
 }

@@ -9,10 +9,11 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.units import to_si
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.blocks import instants
-from cabledrive.report.figures.study_runs import spectrum
+from cabledrive.report.figures.run_histories import FEWEST_SAMPLES, amplitude_spectrum
 from cabledrive.rig import Tracking, track
 from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS, OPEN_LOOPS, SHAPED
 from cabledrive.rig.plant_samples import Disturbances
@@ -27,7 +28,7 @@ NONE_HERE = "No control law ran"
 PLANTS = ("model-1", "model-2", "model-3", "model-4", "cable")
 FIRST_LAWS, STEPPER_LAWS = ("pd", "lqg", "lqi-learning"), (*OPEN_LOOPS, "pd", "lqg")
 MOST_LAWS = 4
-HIGHEST = 300.0
+LOWEST, HIGHEST = 2.0, 200.0
 """Part of the spectrum that is drawn [Hz]."""
 LEAST = 1e-8
 """Amplitude that stands for none on an axis of powers of ten [deg]: a rotor that sticks does not move."""
@@ -60,39 +61,31 @@ def control_page(request: Request) -> Response:
 def control_part(request: Request) -> Response:
     """Runs of all laws that are chosen."""
     desk: Desk = request.app.state.desk
-    try:
-        return JSONResponse(_runs(request, desk, state_of(request.url.query, desk.first)))
-    except (InputRefused, NotComputed) as refusal:
-        return JSONResponse({"refusal": str(refusal)})
+    return JSONResponse(_runs(request, desk, state_of(request.url.query, desk.first)))
 
 
 def _runs(request: Request, desk: Desk, state: State) -> dict[str, Any]:
     """Curves and figures of the laws, or why none can run here."""
     drive, axis = drive_of(desk.library, state), request.query_params.get("axis", "")[:60] or None
-    if isinstance(drive, RoutedDrive) or axis is not None:
-        from cabledrive.reduction.network_axis import as_axis
-
-        try:
-            drive = as_axis(drive, axis)
-        except (InputRefused, NotComputed) as refusal:
-            return {"none_here": f"{NONE_HERE}: {refusal}."}
+    try:
+        drive = as_axis(drive, axis)
+    except (InputRefused, NotComputed) as refusal:
+        return {"none_here": f"{NONE_HERE}: {refusal}."}
     if drive.sensors is None or drive.sensors.sample_rate is None or drive.motor is None:
         return {"none_here": f"{NONE_HERE}: its file has no motor or no sample rate."}
     motion, options, words = _setting(request)
     words = [*words, *([f"--axis={axis}"] if axis else [])]
     laws = _laws(request, offered(drive, Disturbances()))
     bandwidths = {law: None if law in OPEN_LOOPS else _bandwidth(request, law) for law in laws}
-    setting: dict[str, Any] = {
-        "motion": motion,
-        "options": options,
-        "plant": request.query_params.get("plant") or None,
-    }
+    plant = request.query_params.get("plant") or None
     runs: dict[str, Tracking] = {}
     refused: list[str] = []
     with _ONE_AT_A_TIME:
         for law, bandwidth in bandwidths.items():
             try:
-                found = track(drive, controller=law, bandwidth=bandwidth, **setting)
+                found = track(
+                    drive, controller=law, bandwidth=bandwidth, plant=plant, motion=motion, options=options
+                )
                 assert isinstance(found, Tracking)
                 runs[law] = found
             except (InputRefused, NotComputed) as refusal:
@@ -126,12 +119,7 @@ def control_best(request: Request) -> Response:
 def _laws_of(desk: Desk, state: State) -> list[str]:
     """Laws that are compared on a machine; those of any drive where none can be."""
     try:
-        drive = drive_of(desk.library, state)
-        if isinstance(drive, RoutedDrive):
-            from cabledrive.reduction.network_axis import as_axis
-
-            drive = as_axis(drive)
-        return list(offered(drive, Disturbances()))
+        return list(offered(as_axis(drive_of(desk.library, state)), Disturbances()))
     except (InputRefused, NotComputed):
         return list(MAIN_LAWS)
 
@@ -176,16 +164,23 @@ def _setting(request: Request) -> tuple[Motion, RigOptions, list[str]]:
     return motion, options, words + disturbed(given)
 
 
+def spectrum(run: Tracking) -> tuple[Array, Array]:
+    """Frequency [Hz] and amplitude [deg] of the error of the load in the last dwell; none of a short one."""
+    still = run.time > run.time[-1] - run.summary["motion"]["dwell"]
+    if np.count_nonzero(still) < FEWEST_SAMPLES:
+        return np.empty(0), np.empty(0)
+    frequency, amplitude = amplitude_spectrum(run.time[still], np.degrees(run.error[still]))
+    kept = (frequency >= LOWEST) & (frequency <= HIGHEST)
+    return frequency[kept], amplitude[kept]
+
+
 def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
     """Curves of the runs, thinned so that every peak stays, and their figures."""
-    if not runs:
-        return {"curves": [], "rows": []}
     curves = []
     for law, run in runs.items():
         bounds = [] if run.bound is None or run.summary["within_bound"] is None else [run.bound]
         kept = instants([run.error, run.torque, *bounds], run.time.size)
         frequency, amplitude = spectrum(run)
-        part = frequency <= HIGHEST
         curves.append(
             {
                 "name": law,
@@ -193,8 +188,8 @@ def _seen(runs: dict[str, Tracking]) -> dict[str, Any]:
                 "error": plain(np.degrees(run.error[kept])),
                 "torque": plain(run.torque[kept]),
                 "bound": plain(np.degrees(bounds[0][kept])) if bounds else [],
-                "frequency": frequency[part].tolist(),
-                "amplitude": plain(np.maximum(amplitude[part], LEAST)),
+                "frequency": frequency.tolist(),
+                "amplitude": plain(np.maximum(amplitude, LEAST)),
             }
         )
     keys = ["peak_error_deg", "rms_error_deg", "peak_torque"]

@@ -5,7 +5,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -33,12 +33,12 @@ TITLES = {
     "route": "Route",
 }
 POSITION = "Bodies, with all that they carry."
-OF_TWO = ("drive pulley", "load pulley")
+OF_TWO = ("Drive pulley", "Load pulley")
 _UNIT = re.compile(r"^(.*?)\s*\[([^\]]+)\]$", re.DOTALL)
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Field:
     """One key of the file."""
 
@@ -48,7 +48,7 @@ class Field:
     unit: str
     base: str  # value of the text, without settings; empty where the text is silent
     value: str  # with settings
-    default: str  # what holds where nothing is written
+    default: str = ""  # what holds where nothing is written
     choices: tuple[str, ...] = ()  # values it may take; empty for a quantity or words
     number: float | None = None  # number of the base value in its own unit, where a slider can move it
     suffix: str = ""  # unit written behind the base value
@@ -72,7 +72,9 @@ def groups_of(tables: Mapping[str, Any], settings: Sequence[tuple[str, str]]) ->
     for name, part in schema.items():
         if name not in LEFT_OUT:
             groups += list(_groups(name, part, tables.get(name), made))
-    poses = [field for body in _rows(_in_metres(tables, made).get("body")) for field in _pose(body, made)]
+    bodies = _in_metres(tables, made).get("body")
+    rows = bodies if isinstance(bodies, list) else []
+    poses = [field for body in rows if isinstance(body, dict) for field in _pose(body, made)]
     if tables.get("kind") == "route" and poses:
         groups.insert(0, Group(title="Position", help=POSITION, given=True, fields=tuple(poses)))
     return groups
@@ -86,10 +88,6 @@ def _in_metres(tables: Mapping[str, Any], made: Mapping[str, str]) -> Mapping[st
         return tables
 
 
-def _rows(table: Any) -> list[dict[str, Any]]:
-    return [row for row in table if isinstance(row, dict)] if isinstance(table, list) else []
-
-
 def _pose(body: Mapping[str, Any], made: Mapping[str, str]) -> Iterator[Field]:
     """Where a body of a machine with routes can be moved; what it carries moves with it."""
     name, moves, at = body.get("name"), body.get("moves", ()), body.get("at")
@@ -99,57 +97,39 @@ def _pose(body: Mapping[str, Any], made: Mapping[str, str]) -> Iterator[Field]:
         if move in POSE:
             place = at["xy".index(move)] if move != "turn" else "0 deg"
             key, base = f"{name}.{move}", f"{place:g} m" if isinstance(place, float) else _shown(place)
-            number, suffix = _parted(base, POSE[move])
-            yield Field(
-                key=key,
-                label=f"{name} {move}",
-                help="angle from the pose of the file" if move == "turn" else f"new {move} of the body",
-                unit=POSE[move],
-                base=base,
-                value=made.get(key, base),
-                default="",
-                number=number,
-                suffix=suffix,
-            )
+            words = "angle from the pose of the file" if move == "turn" else f"new {move} of the body"
+            yield _made(key, f"{name} {move}", (words, POSE[move]), base, made)
 
 
 def field_of_refusal(groups: Sequence[Group], words: str) -> str:
     """The key that a refusal is about: the longest one that it names; empty where it names none."""
-    named = [field.key for group in groups for field in group.fields if _names(words, field.key)]
-    if named:
+    fields = [field for group in groups for field in group.fields]
+    keys = ((own.key, rf"(?<![\w.]){re.escape(own.key)}(?![\w.]\w)") for own in fields)
+    if named := [key for key, pattern in keys if re.search(pattern, words)]:
         return max(named, key=len)
-    changed = [f.key for group in groups for f in group.fields if f.value != f.base]
+    changed = [own.key for own in fields if own.value != own.base]
     about = [key for key in changed if re.search(rf"\b{re.escape(key.rpartition('.')[2])}\b", words)]
     return about[0] if len(about) == 1 else ""
 
 
-def _names(words: str, key: str) -> bool:
-    return re.search(rf"(?<![\w.]){re.escape(key)}(?![\w.]\w)", words) is not None
-
-
-@lru_cache(maxsize=1)
-def _schema() -> dict[str, Any]:
-    return drive_schema()
+_schema = lru_cache(maxsize=1)(drive_schema)
 
 
 def _groups(name: str, part: Mapping[str, Any], table: Any, made: Mapping[str, str]) -> Iterator[Group]:
-    title = TITLES.get(name, name)
     if part.get("type") == "array" or isinstance(table, list):
         items = part.get("items", part)
         for number, row in enumerate(table if isinstance(table, list) else []):
             yield _group(f"{name}.{number}", _named(name, number, row), items, row, made)
         return
-    yield _group(name, title, part, table, made)
+    yield _group(name, TITLES.get(name, name), part, table, made)
 
 
 def _named(name: str, number: int, row: Any) -> str:
     if isinstance(row, dict) and isinstance(row.get("name"), str) and row["name"]:
         return f"{TITLES.get(name, name)} {row['name']}"
-    return (
-        OF_TWO[number].capitalize()
-        if name == "pulley" and number < 2
-        else f"{TITLES.get(name, name)} {number}"
-    )
+    if name == "pulley" and number < len(OF_TWO):
+        return OF_TWO[number]
+    return f"{TITLES.get(name, name)} {number}"
 
 
 def _group(place: str, title: str, part: Mapping[str, Any], table: Any, made: Mapping[str, str]) -> Group:
@@ -171,26 +151,16 @@ def _field(key: str, entry: Mapping[str, Any], written: Any, made: Mapping[str, 
     meaning = str(entry.get("description", "")).replace("`", "")
     match = _UNIT.match(meaning)
     words, unit = (match[1], match[2]) if match else (meaning, "")
-    base = _shown(written)
-    number, suffix = _parted(base, unit)
-    return Field(
-        key=key,
-        label=key.rpartition(".")[2].replace("_", " "),
-        help=words,
-        unit=unit,
-        base=base,
-        value=made.get(key, base),
-        default=_shown(entry.get("default")),
-        choices=_choices(entry),
-        number=number,
-        suffix=suffix,
-    )
+    choices = (True, False) if entry.get("type") == "boolean" else entry.get("enum", ())
+    own = _made(key, key.rpartition(".")[2].replace("_", " "), (words, unit), _shown(written), made)
+    return replace(own, default=_shown(entry.get("default")), choices=tuple(map(_shown, choices)))
 
 
-def _choices(entry: Mapping[str, Any]) -> tuple[str, ...]:
-    if entry.get("type") == "boolean":
-        return ("true", "false")
-    return tuple(_shown(value) for value in entry.get("enum", ()))
+def _made(key: str, label: str, about: tuple[str, str], base: str, made: Mapping[str, str]) -> Field:
+    """A field with its help and unit; ``base``: what the text says; ``made``: the settings."""
+    number, suffix = _parted(base, about[1])
+    value = made.get(key, base)
+    return Field(key, label, *about, base=base, value=value, number=number, suffix=suffix)
 
 
 def _shown(value: Any) -> str:

@@ -16,8 +16,9 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
 from cabledrive.parameters.version import __version__
+from cabledrive.report.page import page_environment
 from cabledrive.report.picture import theme_css
-from cabledrive.report.typesetting import number, quantity, unit_name
+from cabledrive.report.typesetting import number, quantity
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
@@ -223,13 +224,6 @@ def _content(name: str) -> str:
 
 @cache
 def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: (_OWN / name).read_text(encoding="utf-8")),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.globals |= {"unit_name": unit_name}
+    environment = page_environment(lambda name: (_OWN / name).read_text(encoding="utf-8"))
     environment.filters |= {"number": number, "quantity": quantity}
     return environment

@@ -87,10 +87,7 @@ async def log_of_work(request: Request) -> Response:
     job, name = job_of(request), request.query_params.get("name", "")
     if name not in job.files:
         return JSONResponse({"refusal": "no such file"}, 404)
-    try:
-        return JSONResponse({"log": await desk.logs.receive(name, _parts(job.folder / name))})
-    except InputRefused as refusal:
-        return JSONResponse({"refusal": str(refusal)}, 422)
+    return JSONResponse({"log": await desk.logs.receive(name, _parts(job.folder / name))})
 
 
 async def _parts(path: Path) -> AsyncIterator[bytes]:
@@ -102,24 +99,17 @@ async def _parts(path: Path) -> AsyncIterator[bytes]:
 async def take_log(request: Request) -> Response:
     """A file, streamed to disk."""
     desk: Desk = request.app.state.desk
-    try:
-        log = await desk.logs.receive(request.query_params.get("name", ""), request.stream())
-    except InputRefused as refusal:
-        return JSONResponse({"refusal": str(refusal)}, 422)
-    return JSONResponse({"log": log})
+    name = request.query_params.get("name", "")
+    return JSONResponse({"log": await desk.logs.receive(name, request.stream())})
 
 
 def curves(request: Request) -> Response:
     """Least and largest values of columns of a part of a log."""
     desk: Desk = request.app.state.desk
-    log, asked = request.path_params["log"], request.query_params
-    try:
-        found = desk.logs.curves(log)
-        names = tuple(dict.fromkeys(asked.getlist("column")))[:8] or tuple(shown_columns(found.table))
-        points = int(asked.get("points", "1000")[:6])
-        window = found.window(names, _place(asked.get("start")), _place(asked.get("end")), max(points, 2))
-    except InputRefused as refusal:
-        return JSONResponse({"refusal": str(refusal)}, 422)
+    asked, found = request.query_params, desk.logs.curves(request.path_params["log"])
+    names = tuple(dict.fromkeys(asked.getlist("column")))[:8] or tuple(shown_columns(found.table))
+    points = int(asked.get("points", "1000")[:6])
+    window = found.window(names, _place(asked.get("start")), _place(asked.get("end")), max(points, 2))
     units = {name: unit_of(found.table, name) for name in names}
     time_unit = "" if found.time is None else unit_of(found.table, found.time)
     return JSONResponse(window | {"units": units, "time": found.time, "time_unit": time_unit})
@@ -129,22 +119,14 @@ def check(request: Request) -> Response:
     """What the check of the log found, with the places where it is known."""
     desk: Desk = request.app.state.desk
     log = request.path_params["log"]
-    try:
-        table = desk.logs.table(log)
-        if (table.rows or 0) > MOST_CHECKED:
-            raise InputRefused(
-                f"not checked here: about {table.rows} rows, at most {MOST_CHECKED}; `identify` checks "
-                "it whole"
-            )
-        chosen = request.query_params.getlist("column")
-        columns = with_choices(ColumnMap(), [one for one in chosen if one])
-        found = read_log(desk.logs.path(log), columns)
-        tick = open_log(desk.logs.path(log), columns).factors.get(
-            "time", 1.0
-        )  # the plot keeps the file's unit
-    except InputRefused as refusal:
-        return JSONResponse({"refusal": str(refusal)}, 422)
-    report = found.report
+    rows, path = desk.logs.table(log).rows or 0, desk.logs.path(log)
+    if rows > MOST_CHECKED:
+        raise InputRefused(
+            f"not checked here: about {rows} rows, at most {MOST_CHECKED}; `identify` checks it whole"
+        )
+    columns = with_choices(ColumnMap(), [one for one in request.query_params.getlist("column") if one])
+    found, opened = read_log(path, columns), open_log(path, columns)
+    report, tick = found.report, opened.factors.get("time", 1.0)  # the plot keeps the file's unit
     said = [
         f"{report.rows} rows, {report.duration:.6g} s at {1.0 / report.interval:.6g} Hz",
         *report.repaired,
@@ -181,10 +163,9 @@ def response_curves(request: Request) -> Response:
     answer = job.answer
     if "coherence" not in answer:
         raise InputRefused(f"{job.title}: holds no measured response: run Response on a log")
-    lines = {name: np.array(answer[name], dtype=float) for name in ("frequency_hz", "magnitude", "phase_deg")}
-    lines["coherence"] = np.array(answer["coherence"], dtype=float)
-    above = lines["frequency_hz"] > 0.0
-    lines = {name: values[above] for name, values in lines.items()}
+    names = ("frequency_hz", "magnitude", "phase_deg", "coherence")
+    above = np.array(answer["frequency_hz"], dtype=float) > 0.0
+    lines = {name: np.array(answer[name], dtype=float)[above] for name in names}
     output = request.query_params.get("output", "")
     output = output if output in OUTPUTS else _output(job)
     lines["phase_deg"] = _below_zero(lines["phase_deg"])

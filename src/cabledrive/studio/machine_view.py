@@ -29,7 +29,7 @@ from cabledrive.report.typesetting import quantity, typeset_words
 from cabledrive.report.words import certificate_line
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.resonance import ResonanceSummary, resonance
-from cabledrive.studies.resonance_map import GrowthMap, growth_map
+from cabledrive.studies.resonance_map import growth_map
 from cabledrive.studies.route_pairs import RouteResonance, route_resonance
 from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import map_option
@@ -100,10 +100,7 @@ async def take_text(request: Request) -> Response:
     """An edited text, or a file that was dropped: kept, and its address."""
     desk: Desk = request.app.state.desk
     text = (await bounded_body(request, 4 * LONGEST_TEXT)).decode("utf-8-sig", errors="strict")
-    try:
-        return JSONResponse({"query": edited(desk.library, text).query})
-    except InputRefused as refusal:
-        return JSONResponse({"refusal": str(refusal)}, 422)
+    return JSONResponse({"query": edited(desk.library, text).query})
 
 
 def home(request: Request) -> Response:
@@ -171,13 +168,11 @@ def _sheet(drive: Drive | RoutedDrive) -> dict[str, Sequence[Sequence[Cell]]]:
     """The datasheet: heading, then words and quantities."""
     if not isinstance(drive, RoutedDrive):
         return {group.title: group.rows for group in derived_table(derived_with_lowest(drive)).groups}
-    rows = span_rows(drive, statics_of(drive))
-    return {
-        "Spans": [
-            (row["name"], f"{quantity(row['length'], 'm')}, {quantity(row['tension'], 'N', 4)}")
-            for row in rows
-        ]
-    }
+    spans = [
+        (row["name"], f"{quantity(row['length'], 'm')}, {quantity(row['tension'], 'N', 4)}")
+        for row in span_rows(drive, statics_of(drive))
+    ]
+    return {"Spans": spans}
 
 
 KEPT, MOST_PAIRS = 4, 12
@@ -190,6 +185,7 @@ new ResizeObserver(() => parent.postMessage(document.body.scrollHeight, "*")).ob
 </script>"""
 """The frame of the map is as high as what it shows."""
 _ONE_AT_A_TIME = threading.Lock()
+_map = lru_cache(maxsize=KEPT)(growth_map)
 
 
 def resonance_page(request: Request) -> Response:
@@ -228,24 +224,16 @@ def resonance_page(request: Request) -> Response:
 def resonance_map(request: Request) -> Response:
     """The map, as the command `resonance --map` draws it; with a motion, its path."""
     desk: Desk = request.app.state.desk
-    try:
-        drive = drive_of(desk.library, state_of(request.url.query, desk.first))
-        require_two_pulleys(drive, "`resonance`")
-        assert isinstance(drive, Drive)
-        torque = request.query_params.get("torque", "")[:40]
-        found = resonance(drive, torque=to_si(torque, "N m") if torque else None)
-        chosen = request.query_params.get("motion")
-        motion = read_motion(desk.logs.path(chosen)) if chosen else None
-        with _ONE_AT_A_TIME:
-            html = resonance_map_page(_map(drive, found.torque), motion=motion)
-    except (InputRefused, NotComputed) as refusal:
-        return JSONResponse({"refusal": str(refusal)}, 422)
+    drive = drive_of(desk.library, state_of(request.url.query, desk.first))
+    require_two_pulleys(drive, "`resonance`")
+    assert isinstance(drive, Drive)
+    torque = request.query_params.get("torque", "")[:40]
+    found = resonance(drive, torque=to_si(torque, "N m") if torque else None)
+    chosen = request.query_params.get("motion")
+    motion = read_motion(desk.logs.path(chosen)) if chosen else None
+    with _ONE_AT_A_TIME:
+        html = resonance_map_page(_map(drive, torque=found.torque), motion=motion)
     return HTMLResponse(html + TELLS_HEIGHT, headers={"content-security-policy": FRAMED})
-
-
-@lru_cache(maxsize=KEPT)
-def _map(drive: Drive, torque: float) -> GrowthMap:
-    return growth_map(drive, torque=torque)
 
 
 def _told(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:

@@ -60,28 +60,14 @@ def open_studio(
     with _alone_in(place), _listening(port) as listener:
         keys = Keys(listener.getsockname()[1])
         app = application(library, keys, first, warm=os.environ.get(WARM) != "0")
-        server = uvicorn.Server(_settings(uvicorn, app))
+        settings: dict[str, Any] = {"log_config": None, "access_log": False, "server_header": False}
+        settings |= {"proxy_headers": False, "ws": "none", "loop": "asyncio", "http": "h11", "lifespan": "on"}
+        server = uvicorn.Server(uvicorn.Config(app, **settings, timeout_graceful_shutdown=PATIENCE))
         _report_defects(server)
         print(_address(keys), flush=True)
         if browser:
             threading.Thread(target=_open_browser, args=(_address(keys),), daemon=True).start()
         server.run(sockets=[listener])
-
-
-def _settings(uvicorn: Any, app: Any) -> Any:
-    """How the server runs."""
-    return uvicorn.Config(
-        app,
-        log_config=None,
-        access_log=False,
-        server_header=False,
-        proxy_headers=False,
-        ws="none",
-        loop="asyncio",
-        http="h11",
-        lifespan="on",
-        timeout_graceful_shutdown=PATIENCE,
-    )
 
 
 def _report_defects(server: Any) -> None:

@@ -80,12 +80,10 @@ def drive_of(library: Library, state: State) -> Drive | RoutedDrive:
 
 def tables_of(library: Library, state: State) -> dict[str, Any]:
     """The plain tables of a state's file, as written there, without the settings; refused if no TOML."""
-    return copy.deepcopy(_parsed(library.text(state.drive)))
+    return copy.deepcopy(_parsed(library.text(state.drive).encode()))
 
 
-@lru_cache(maxsize=16)
-def _parsed(text: str) -> dict[str, Any]:
-    return toml_of(text.encode())
+_parsed = lru_cache(maxsize=16)(toml_of)
 
 
 def edited(library: Library, text: str) -> State:
@@ -135,8 +133,10 @@ class Warm:
             self.words = _words(words)
             if command:
                 self._compile(command)
-            else:
-                _modes()
+                continue
+            for name in ("dissertation-3", "dissertation-transporter"):
+                modes(load_drive(name), count=8)
+                modes(load_drive(name), count=8, motor="held")
         self.words = ""
 
     def _compile(self, command: tuple[str, ...]) -> None:
@@ -154,12 +154,6 @@ class Warm:
 
 def _words(calculation: str) -> str:
     return f"Getting ready: {calculation}. The page can be used meanwhile; the first result may take longer."
-
-
-def _modes() -> None:
-    for name in ("dissertation-3", "dissertation-transporter"):
-        modes(load_drive(name), count=8)
-        modes(load_drive(name), count=8, motor="held")
 
 
 _CALCULATIONS: tuple[tuple[str, tuple[str, ...]], ...] = (

@@ -84,9 +84,9 @@ async def start(request: Request) -> Response:
     number, folder = desk.jobs.new_folder()
     try:
         wanted = asked(desk, request.path_params["kind"], state, form, folder)
-    except InputRefused as refusal:
+    except InputRefused:
         shutil.rmtree(folder)
-        return JSONResponse({"refusal": str(refusal)}, 422)
+        raise
     job = await desk.jobs.start((number, folder), wanted.title, wanted.arguments)
     return JSONResponse({"number": job.number, "shown": job.shown})
 
@@ -141,11 +141,8 @@ def _numbers(answer: dict[str, Any]) -> list[tuple[str, str]]:
     found = []
     for key, value in answer.items():
         inside = value.items() if isinstance(value, dict) and key != "provenance" else [("", value)]
-        for name, one in inside:
-            words = _words(one)
-            if words:
-                found.append((f"{key} {name}".strip().replace("_", " "), words))
-    return found[:80]
+        found += [(f"{key} {name}".strip().replace("_", " "), _words(one)) for name, one in inside]
+    return [row for row in found if row[1]][:80]
 
 
 def _words(value: Any) -> str:

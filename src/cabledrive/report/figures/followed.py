@@ -10,18 +10,7 @@ from markupsafe import Markup
 from cabledrive.identification.signals import FrequencyResponse
 from cabledrive.modal import Modes
 from cabledrive.parameters.arrays import Array
-from cabledrive.report.picture import (
-    BLUE,
-    INK,
-    LINE,
-    ORANGE,
-    QUIET,
-    family_colour,
-    label,
-    log_axis,
-    picture,
-    short_family,
-)
+from cabledrive.report.picture import Hue, family_colour, label, log_axis, picture, short_family
 from cabledrive.report.typesetting import number
 
 if TYPE_CHECKING:
@@ -62,12 +51,11 @@ def followed_picture(
         if logarithmic:
             log_axis(axes, "x", 560.0)
         log_axis(axes, "y", HEIGHT - 60.0)
-        axes.set_xlabel(f"{quantity} [{unit}]" if unit else quantity)
-        axes.set_ylabel("frequency [Hz]")
+        axes.set(xlabel=f"{quantity} [{unit}]" if unit else quantity, ylabel="frequency [Hz]")
         if here is not None:
-            axes.axvline(here / scale, color=QUIET, linewidth=1.0, dashes=(2, 3), zorder=0)
+            axes.axvline(here / scale, color=Hue.QUIET, linewidth=1.0, dashes=(2, 3), zorder=0)
             foot = ("data", "axes fraction")
-            label(axes, "this drive", (here / scale, 0.0), (4, 5), xycoords=foot, color=QUIET)
+            label(axes, "this drive", (here / scale, 0.0), (4, 5), xycoords=foot, color=Hue.QUIET)
         _name_ends(axes, ends)
 
     return picture(name, _draw, height=HEIGHT)
@@ -76,14 +64,14 @@ def followed_picture(
 def _draw_across(axes: "Axes", x: Array, data: "xr.Dataset", unit: str) -> tuple[float, str, str]:
     """The lowest mode across the cable, and where it is half the lowest along it."""
     across, along = data["lowest_transverse"].to_numpy(), data["frequency"].to_numpy().min(axis=0)
-    axes.plot(x, across, color=INK, dashes=(5, 3))
+    axes.plot(x, across, color=Hue.INK, dashes=(5, 3))
     ratio = np.log(across / along)
     if np.all(np.diff(ratio) > 0.0) and ratio[0] < -np.log(2.0) < ratio[-1]:
         place, height = (np.exp(np.interp(-np.log(2.0), ratio, np.log(y))) for y in (x, across))
-        axes.plot(place, height, "o", markersize=11, markerfacecolor="none", markeredgecolor=INK)
+        axes.plot(place, height, "o", markersize=11, markerfacecolor="none", markeredgecolor=Hue.INK)
         words = f"half the lowest longitudinal: {number(place, 3)} {unit}"
         label(axes, words, (place, height), (-10, 6), ha="right")
-    return float(across[-1]), "lowest transverse", INK
+    return float(across[-1]), "lowest transverse", Hue.INK
 
 
 def _draw_curve(axes: "Axes", x: Array, data: "xr.Dataset", curve: int) -> tuple[float, str, str]:
@@ -110,7 +98,7 @@ def _draw_crossings(axes: "Axes", data: "xr.Dataset", scale: float, unit: str) -
             "o",
             markersize=13,
             markerfacecolor="none",
-            markeredgecolor=INK,
+            markeredgecolor=Hue.INK,
             markeredgewidth=1,
         )
         words = f"{kind} at {number(value, 3)} {unit}" if unit else kind
@@ -147,8 +135,7 @@ def overview_picture(name: str, machines: Sequence[str], all_modes: Sequence[Mod
         room = (max(values) / min(values)) ** 0.25  # for what stands beside the outermost marks
         axes.set_xlim(min(values) / max(room, 3.4), max(values) * max(room**0.56, 2.6))
         log_axis(axes, "x", 560.0)
-        axes.set_xlabel("frequency [Hz]")
-        axes.set_ylim(len(rows) - 0.4, -0.9)
+        axes.set(xlabel="frequency [Hz]", ylim=(len(rows) - 0.4, -0.9))
         axes.spines["left"].set_visible(False)
         axes.set_yticks(range(len(rows)), [machine for machine, _ in rows])
         axes.tick_params(axis="y", length=0)
@@ -164,21 +151,14 @@ def lowest(modes: Modes) -> tuple[float, float]:
 def _draw_row(axes: "Axes", place: float, pair: tuple[float, float], *, named: bool) -> None:
     """One machine; in the row where there is most room the two marks are named."""
     along, across = pair
-    axes.hlines(place, min(along, across), max(along, across), color=LINE, linewidth=1.2)
-    axes.plot(along, place, "o", color=BLUE, markersize=7)
-    axes.plot(across, place, "D", color=ORANGE, markersize=6)
-    for value, other, colour, word in ((along, across, BLUE, "along"), (across, along, ORANGE, "across")):
+    axes.hlines(place, min(along, across), max(along, across), color=Hue.LINE, linewidth=1.2)
+    axes.plot(along, place, "o", color=Hue.BLUE, markersize=7)
+    axes.plot(across, place, "D", color=Hue.ORANGE, markersize=6)
+    for value, colour, word in ((along, Hue.BLUE, "along"), (across, Hue.ORANGE, "across")):
         words = [number(value, 3), word] if named else [number(value, 3)]
-        side = 1 if value >= other else -1
-        label(
-            axes,
-            "  ".join(words[::side]),
-            (value, place),
-            (8 * side, 0),
-            ha="left" if side > 0 else "right",
-            va="center",
-            color=colour,
-        )
+        side = 1 if value == max(pair) else -1
+        looks = {"ha": "left" if side > 0 else "right", "va": "center", "color": colour}
+        label(axes, "  ".join(words[::side]), (value, place), (8 * side, 0), **looks)
 
 
 def measured_picture(
@@ -190,21 +170,22 @@ def measured_picture(
 
     def _draw(figure: "Figure") -> None:
         above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.6, 1]})
-        above.fill_between(measured.frequency, low, high, color=BLUE, alpha=0.18, linewidth=0)
-        above.plot(measured.frequency, measured.magnitude, color=BLUE, linewidth=1.0)
-        below.plot(measured.frequency, measured.phase, color=BLUE, linewidth=1.0)
+        above.fill_between(measured.frequency, low, high, color=Hue.BLUE, alpha=0.18, linewidth=0)
+        above.plot(measured.frequency, measured.magnitude, color=Hue.BLUE, linewidth=1.0)
+        below.plot(measured.frequency, measured.phase, color=Hue.BLUE, linewidth=1.0)
         if model is not None:
-            above.plot(model[0], np.abs(model[1]), "--", color=INK, linewidth=1.2)
-            below.plot(model[0], np.degrees(np.angle(model[1])), "--", color=INK, linewidth=1.2)
+            above.plot(model[0], np.abs(model[1]), "--", color=Hue.INK, linewidth=1.2)
+            below.plot(model[0], np.degrees(np.angle(model[1])), "--", color=Hue.INK, linewidth=1.2)
         below.set_xlim(float(measured.frequency[0]), float(measured.frequency[-1]))
         log_axis(below, "x", 600.0)
         above.set_ylim(low.min(), high.max())
         log_axis(above, "y", 170.0)
-        above.set_ylabel(unit)
-        above.set_title("blue: measured, 95 % band; dashed: model")
-        below.set_ylim(-190.0, 190.0)
-        below.set_yticks((-180, -90, 0, 90, 180))
-        below.set_ylabel("phase [deg]")
-        below.set_xlabel("frequency [Hz]")
+        above.set(ylabel=unit, title="blue: measured, 95 % band; dashed: model")
+        below.set(
+            ylim=(-190.0, 190.0),
+            yticks=(-180, -90, 0, 90, 180),
+            ylabel="phase [deg]",
+            xlabel="frequency [Hz]",
+        )
 
     return picture(name, _draw, height=330.0)

@@ -18,12 +18,9 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.report.figures.sheet import Sheet
 from cabledrive.report.picture import (
     COLOURS,
-    FAINT,
-    INK,
-    LINE,
-    QUIET,
     SMALL,
     WIDE,
+    Hue,
     family_colour,
     label,
     log_axis,
@@ -95,16 +92,15 @@ def _draw_staircase(axes: "Axes", steps: Staircase, modes: Modes, decade: float)
     from matplotlib.ticker import MaxNLocator
 
     below = modes.certificate.below
-    axes.step(steps.frequency, steps.count, where="pre", color=INK, linewidth=1.3)
+    axes.step(steps.frequency, steps.count, where="pre", color=Hue.INK, linewidth=1.3)
     height = 0
     for mode in modes.longitudinal:
         if mode.frequency < below:
             height += mode.multiplicity
             _label_step(axes, mode, height, decade * log10(mode.frequency / steps.frequency[0]))
-    axes.axvline(below, color=QUIET, linewidth=1.0, dashes=(2, 3))
-    label(axes, f"counted to {number(below)} Hz", (below, 0.0), (-5, 5), ha="right", color=QUIET)
-    axes.set_ylim(-0.15, max(steps.count[-1], 2) + 0.6)
-    axes.set_ylabel("longitudinal modes\nbelow f")
+    axes.axvline(below, color=Hue.QUIET, linewidth=1.0, dashes=(2, 3))
+    label(axes, f"counted to {number(below)} Hz", (below, 0.0), (-5, 5), ha="right", color=Hue.QUIET)
+    axes.set(ylim=(-0.15, max(steps.count[-1], 2) + 0.6), ylabel="longitudinal modes\nbelow f")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.tick_params(axis="x", which="both", length=0)
     axes.spines["bottom"].set_visible(False)
@@ -116,16 +112,8 @@ def _label_step(axes: "Axes", mode: Mode, height: int, room: float) -> None:
     times = f" ×{mode.multiplicity}" if mode.multiplicity > 1 else ""
     words = f"{mode.family}, {number(mode.frequency, 5)} Hz{times}"
     axes.plot(mode.frequency, height, "o", color=colour, markersize=6.5, clip_on=False)
-    left = text_width(words) + 12 < room
-    label(
-        axes,
-        words,
-        (mode.frequency, height),
-        (-9, 0) if left else (8, -11),
-        ha="right" if left else "left",
-        va="center",
-        color=colour,
-    )
+    side, beside = ("right", (-9, 0)) if text_width(words) + 12 < room else ("left", (8, -11))
+    label(axes, words, (mode.frequency, height), beside, ha=side, va="center", color=colour)
 
 
 def _draw_rungs(axes: "Axes", modes: Modes, spans: tuple[str, ...]) -> None:
@@ -133,9 +121,9 @@ def _draw_rungs(axes: "Axes", modes: Modes, spans: tuple[str, ...]) -> None:
     lanes = {"along": [(m.frequency, family_colour(m.family)) for m in modes.longitudinal]}
     for span in spans:
         across = [m.frequency for m in modes.transverse if m.span in (span, BOTH) and m.plane == "w"]
-        lanes[f"across, {span}"] = [(frequency, INK) for frequency in across]
+        lanes[f"across, {span}"] = [(frequency, Hue.INK) for frequency in across]
     for row, rungs in enumerate(lanes.values()):
-        axes.axhspan(-row - 0.36, -row + 0.36, color=FAINT, linewidth=0, zorder=0)
+        axes.axhspan(-row - 0.36, -row + 0.36, color=Hue.FAINT, linewidth=0, zorder=0)
         shown = [(frequency, colour) for frequency, colour in rungs if frequency < below]
         axes.vlines(
             [frequency for frequency, _ in shown],
@@ -148,7 +136,7 @@ def _draw_rungs(axes: "Axes", modes: Modes, spans: tuple[str, ...]) -> None:
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(-len(lanes) + 0.5, 0.5)
     axes.spines["left"].set_visible(False)
-    axes.spines["bottom"].set_color(LINE)
+    axes.spines["bottom"].set_color(Hue.LINE)
 
 
 LANE, TOP, LEFT, RIGHT, FOOT = 46.0, 22.0, 92.0, 24.0, 40.0  # px
@@ -192,14 +180,12 @@ def _limits(frequencies: Sequence[float]) -> tuple[float, float]:
     """Ends of the axis [Hz]: round numbers, so that the axis rests while a slider moves."""
     low, high = min(frequencies), max(frequencies)
 
-    def _round(value: float, up: bool) -> float:
-        ten = 10.0 ** floor(log10(value))
-        steps = (1.0, 2.0, 5.0, 10.0)
-        if up:
-            return ten * next(step for step in steps if step * ten >= value * (1 - 1e-12))
-        return ten * max(step for step in steps if step * ten <= value * (1 + 1e-12))
+    def round_numbers(value: float) -> list[float]:
+        return [10.0 ** floor(log10(value)) * step for step in (1.0, 2.0, 5.0, 10.0)]
 
-    return _round(low / 1.05, False), _round(high * 1.05, True)
+    low, high = low / 1.05, high * 1.05
+    first = max(step for step in round_numbers(low) if step <= low * (1 + 1e-12))
+    return first, min(step for step in round_numbers(high) if step >= high * (1 - 1e-12))
 
 
 def _across(frequency: float, low: float, high: float, width: float) -> float:

@@ -16,7 +16,7 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
-from cabledrive.report.figures.sheet import Placer, Point, Sheet, draw_route
+from cabledrive.report.figures.sheet import Point, Sheet, draw_route
 from cabledrive.report.machine.rest import sag_of, tension_at
 from cabledrive.report.picture import CARD_WIDTH, WIDE
 from cabledrive.report.typesetting import quantity
@@ -74,9 +74,7 @@ class DrawnMachine:
 def moving_machine(drive: Drive | RoutedDrive, mode: Mode | None) -> Markup:
     """The machine, with the motion of a mode as data of the drawing."""
     sheet = Sheet()
-    drawn = (
-        _route(sheet, drive) if isinstance(drive, RoutedDrive) else drawn_loop(sheet, drive, tensions=True)
-    )
+    drawn = draw_machine(sheet, drive, tensions=True)
     tensions = np.concatenate([span.tension for span in drawn.spans])
     low, high = float(tensions.min()), float(tensions.max())
     for span in drawn.spans:
@@ -107,57 +105,54 @@ def coordinates(drive: Drive) -> RoutedDrive:
     return replace(machine, pulley=(first, replace(second, at=(0.0, height))))
 
 
-def drawn_loop(sheet: Sheet, drive: Drive, *, tensions: bool = False) -> DrawnMachine:
-    """Draw all but the spans of a loop or a line, which sag to the scale of their length."""
-    (width, height), place, shown = draw_route(sheet, coordinates(drive), WIDE, carriages=False)
-    shares, spans, deepest = np.linspace(0.0, 1.0, POINTS), [], 0.0
-    for name, drawn in zip(drive.spans, shown.free_spans, strict=True):
-        first, last = (np.array(place(end)) for end in drawn.contacts)
-        points, positions = first + np.outer(shares, last - first), shares * drive.span_length
+def draw_machine(sheet: Sheet, drive: Drive | RoutedDrive, *, tensions: bool = False) -> DrawnMachine:
+    """Draw all but the spans, which of a loop or a line sag to the scale of their length."""
+    routed = isinstance(drive, RoutedDrive)
+    machine = drive if isinstance(drive, RoutedDrive) else coordinates(drive)
+    (width, height), place, shown = draw_route(sheet, machine, WIDE, carriages=routed)
+    ends = (span.contacts for span in shown.free_spans)
+    lines = [np.linspace(place(first), place(last), POINTS) for first, last in ends]
+    spans = _taut(drive, lines) if isinstance(drive, RoutedDrive) else _sagging(sheet, drive, lines, tensions)
+    scale = place((1.0, 0.0))[0] - place((0.0, 0.0))[0]  # pixels of a metre
+    # The joint of a loop is its rim along the upper span; a route's turns anticlockwise, where y points up.
+    turn = -1.0 if routed else 1.0
+    pulleys = [
+        DrawnPulley(joint=own.name, centre=place(own.at), radius=scale * own.radius, turn=turn)
+        for own in shown.pulley
+    ]
+    deepest = max(float(span.points[:, 1].max()) for span in spans)
+    return DrawnMachine(size=(width, max(height, deepest + 12.0)), spans=spans, pulleys=pulleys)
+
+
+def _sagging(sheet: Sheet, drive: Drive, lines: list[Array], tensions: bool) -> list[DrawnSpan]:
+    """Spans of a loop or a line, with its carriages drawn on them."""
+    spans, positions = [], np.linspace(0.0, drive.span_length, POINTS)
+    for name, points in zip(drive.spans, lines, strict=True):
         if abs(drive.layout.inclination) < pi / 4:
             fallen = np.interp(positions, *sag_of(drive, name))
-            points[:, 1] += fallen * float(np.linalg.norm(last - first)) / drive.span_length
-        deepest = max(deepest, float(points[:, 1].max()))
+            points[:, 1] += fallen * float(np.linalg.norm(points[-1] - points[0])) / drive.span_length
         for carriage in drive.carriages_on(name):
             x, y = (float(np.interp(carriage.position, positions, points[:, axis])) for axis in (0, 1))
             sheet.box((x, y) if carriage.guided else (x, y + 9.0), (14.0, 12.0), colour="green")
         tension = tension_at(rest_state(drive), name, positions) if tensions else np.zeros(POINTS)
         spans.append(DrawnSpan(name=name, points=points, positions=positions, tension=tension))
-    pulleys = [
-        # the joint is the displacement of the rim along the upper span
-        DrawnPulley(joint=own.name, centre=place(own.at), radius=_scale(place) * own.radius, turn=1.0)
-        for own in shown.pulley
-    ]
-    return DrawnMachine(size=(width, max(height, deepest + 12.0)), spans=spans, pulleys=pulleys)
+    return spans
 
 
-def _scale(place: Placer) -> float:
-    """Pixels of a metre of the machine as it is drawn."""
-    return place((1.0, 0.0))[0] - place((0.0, 0.0))[0]
-
-
-def _route(sheet: Sheet, drive: RoutedDrive) -> DrawnMachine:
-    size, place, shown = draw_route(sheet, drive, WIDE)
+def _taut(drive: RoutedDrive, lines: list[Array]) -> list[DrawnSpan]:
+    """Straight spans of a machine with routes."""
     from cabledrive.mechanics.network import statics_of  # other machines do not wait for it
 
-    statics, shares = statics_of(drive), np.linspace(0.0, 1.0, POINTS)
-    spans = []
-    for number, (span, drawn) in enumerate(zip(drive.free_spans, shown.free_spans, strict=True)):
-        first, last = (np.array(place(end)) for end in drawn.contacts)
-        spans.append(
-            DrawnSpan(
-                name=span.name,
-                points=first + np.outer(shares, last - first),
-                positions=shares * span.length,
-                tension=np.interp(shares, (0.0, 1.0), (statics.start[number], statics.end[number])),
-            )
+    statics = statics_of(drive)
+    return [
+        DrawnSpan(
+            name=span.name,
+            points=points,
+            positions=np.linspace(0.0, span.length, POINTS),
+            tension=np.linspace(start, end, POINTS),
         )
-    pulleys = [
-        # anticlockwise on the machine is clockwise where y points downwards
-        DrawnPulley(joint=own.name, centre=place(own.at), radius=_scale(place) * own.radius, turn=-1.0)
-        for own in shown.pulley
+        for span, points, start, end in zip(drive.free_spans, lines, statics.start, statics.end, strict=True)
     ]
-    return DrawnMachine(size=size, spans=spans, pulleys=pulleys)
 
 
 def _coloured(sheet: Sheet, span: DrawnSpan, low: float, high: float) -> None:
@@ -166,17 +161,17 @@ def _coloured(sheet: Sheet, span: DrawnSpan, low: float, high: float) -> None:
     for first, last in pairwise(ends):
         middle = float(span.tension[first : last + 1].mean())
         share = 0.0 if high - low <= EVEN * abs(high) else (middle - low) / (high - low)
-        path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in span.points[first : last + 1])
-        sheet.elements.append(
-            f'<path d="{path}" style="fill: none; stroke: {tension_colour(share)}; stroke-width: 3.2; '
-            'stroke-linecap: round"><title>'
-            f"{escape(span.name)}: {escape(quantity(middle, 'N', 4))}</title></path>"
-        )
+        words = f"{span.name}: {quantity(middle, 'N', 4)}"
+        sheet.elements.append(tense(span.points[first : last + 1], share, words))
 
 
-def tension_colour(share: float) -> str:
-    """Colour of a tension: blue at the lowest (0), orange at the highest (1)."""
-    return f"color-mix(in srgb, var(--orange) {100.0 * share:.0f}%, var(--blue))"
+def tense(points: Array, share: float, words: str = "") -> str:
+    """A piece of rope in the colour of its tension, blue at the lowest (0), orange at the highest (1)."""
+    path = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in points)
+    colour = f"color-mix(in srgb, var(--orange) {100.0 * share:.0f}%, var(--blue))"
+    style = f"fill: none; stroke: {colour}; stroke-width: 3.2; stroke-linecap: round"
+    title = f"><title>{escape(words)}</title></path>" if words else "/>"
+    return f'<path d="{path}" style="{style}"{title}'
 
 
 def _key(sheet: Sheet, low: float, high: float) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from textwrap import shorten
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -10,19 +10,7 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.picture import (
-    BLUE,
-    GREEN,
-    INK,
-    ORANGE,
-    QUIET,
-    SPAN_COLOURS,
-    TEXT,
-    file_figure,
-    file_picture,
-    label,
-    log_axis,
-)
+from cabledrive.report.picture import SPAN_COLOURS, TEXT, Hue, file_figure, file_picture, label, log_axis
 from cabledrive.simulation import SimulationResult
 from cabledrive.simulation.network import NetworkResult
 
@@ -74,16 +62,13 @@ def curves_of(result: SimulationResult | NetworkResult) -> RunCurves:
         panels = _of_machine(result)
         # Where a body travels its place has no peaks to see, but the tension has.
         return RunCurves(result.time, panels, panels[-1 if result.travels else 0])
-    load = Curve("load [deg]", np.degrees(result.load_angle), INK)
-    return RunCurves(result.time, (load, *(_midpoint(result, span) for span in result.spans)), load)
-
-
-def _midpoint(result: SimulationResult, span: str) -> Curve:
-    moved = 1e3 * result.midpoint(span)
-    beside = moved[:, 1] if np.any(moved[:, 1]) else None
-    return Curve(
-        f"{span} w [mm]", moved[:, 2], SPAN_COLOURS[span], "" if beside is None else "grey: v", beside
-    )
+    load = Curve("load [deg]", np.degrees(result.load_angle), Hue.INK)
+    curves = [load]
+    for span in result.spans:
+        _, v, w = 1e3 * result.midpoint(span).T
+        beside = ("grey: v", v) if np.any(v) else ()
+        curves.append(Curve(f"{span} w [mm]", w, SPAN_COLOURS[span], *beside))
+    return RunCurves(result.time, tuple(curves), load)
 
 
 def _of_machine(result: NetworkResult) -> tuple[Curve, ...]:
@@ -94,18 +79,18 @@ def _of_machine(result: NetworkResult) -> tuple[Curve, ...]:
     shafts = [name.removeprefix("torque on ") for name in channels if name.startswith("torque on ")]
     turning = [name for name in shafts if name in channels]
     first = max(bodies, key=lambda name: bodies[name]) if bodies else None
-    found = [_coordinate(result, name, unit, INK) for name, unit in ((first, "m"),) if name is not None]
-    found += [_coordinate(result, name, "rad", GREEN) for name in turning[:1]]
-    if not found:
-        found = [_coordinate(result, name, channels[name].unit, INK) for name in list(result.extremes)[:1]]
+    found = [_coordinate(result, name, unit, Hue.INK) for name, unit in ((first, "m"),) if name is not None]
+    found += [_coordinate(result, name, "rad", Hue.GREEN) for name in turning[:1]]
+    for name in list(result.extremes)[: 0 if found else 1]:
+        found = [_coordinate(result, name, channels[name].unit, Hue.INK)]
     if result.midpoint_peaks:
         span = max(result.midpoint_peaks, key=lambda name: result.midpoint_peaks[name])
         across = 1e3 * result.channel(f"w at the middle of {span}")
         if np.any(across):
-            found.append(Curve("w [mm]", across, BLUE, span))
+            found.append(Curve("w [mm]", across, Hue.BLUE, span))
     tensions = {span: result.channel(f"least tension, {span}") for span in result.spans}
     lowest = min(tensions, key=lambda span: float(np.min(tensions[span], initial=np.inf)))
-    return (*found, Curve("tension [N]", tensions[lowest], ORANGE, lowest))
+    return (*found, Curve("tension [N]", tensions[lowest], Hue.ORANGE, lowest))
 
 
 def _coordinate(result: NetworkResult, name: str, unit: str, colour: str) -> Curve:
@@ -145,7 +130,7 @@ def draw_histories(panels: "Sequence[Axes]", result: SimulationResult | NetworkR
     for axes, curve in zip(panels, curves, strict=True):
         _curve(axes, time, curve.values, curve.colour)
         if curve.beside is not None:
-            _curve(axes, time, curve.beside, QUIET)
+            _curve(axes, time, curve.beside, Hue.QUIET)
         if curve.about:
             words = shorten(curve.about, LONGEST_TITLE)
             label(axes, words, (1.0, 1.0), (0, -2), xycoords="axes fraction", ha="right", va="top")
@@ -169,29 +154,17 @@ def draw_spectrum(
     shown = (hertz >= 2.0 * PADDING * hertz[1]) & (hertz <= top)  # half of a peak's width at its foot
     amplitude = amplitude[shown]
     highest = float(np.max(amplitude, initial=0.0)) or 1.0
-    axes.plot(hertz[shown], np.maximum(amplitude, highest * 10.0**-DECADES), color=BLUE, linewidth=1.0)
+    axes.plot(hertz[shown], np.maximum(amplitude, highest * 10.0**-DECADES), color=Hue.BLUE, linewidth=1.0)
     for frequency, kind in marks:
-        along = kind == "longitudinal"
-        axes.axvline(
-            frequency,
-            ymin=0.93 if along else 0.97,
-            color=ORANGE if along else QUIET,
-            linewidth=2.0 if along else 1.0,
-        )
-        if along:
-            label(
-                axes,
-                f"{frequency:.1f} Hz",
-                (frequency, 1.0),
-                (4, -10),
-                xycoords=("data", "axes fraction"),
-                color=ORANGE,
-            )
+        if kind == "longitudinal":
+            axes.axvline(frequency, ymin=0.93, color=Hue.ORANGE, linewidth=2.0)
+            top_of: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "color": Hue.ORANGE}
+            label(axes, f"{frequency:.1f} Hz", (frequency, 1.0), (4, -10), **top_of)
+        else:
+            axes.axvline(frequency, ymin=0.97, color=Hue.QUIET, linewidth=1.0)
     axes.set_ylim(highest * 10.0**-DECADES, 10.0 * highest)
     log_axis(axes, "y", HEIGHT - 70.0)
-    axes.set_xlim(0.0, min(top, hertz[-1]))
-    axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel(curve.axis)
+    axes.set(xlim=(0.0, min(top, hertz[-1])), xlabel="frequency [Hz]", ylabel=curve.axis)
 
 
 def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResult, form: str) -> bytes:

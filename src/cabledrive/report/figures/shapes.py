@@ -12,8 +12,7 @@ from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import FreeSpan
-from cabledrive.report.picture import BLUE, GREEN, INK, LINE, ORANGE, QUIET, SPAN_COLOURS, picture
+from cabledrive.report.picture import SPAN_COLOURS, Hue, picture
 from cabledrive.report.typesetting import number
 
 if TYPE_CHECKING:
@@ -32,7 +31,10 @@ def unrolled(mode: Mode, drive: Drive) -> dict[str, tuple[Array, Array]]:
     the upper, 1 to 2 on the lower one), and displacement, positive in the direction of the span; shape (p,)
     each.
     """
-    positions = {span: _positions(drive, span) for span in drive.spans}
+    even, positions = np.linspace(0.0, drive.span_length, POINTS), {}
+    for span in drive.spans:  # also exactly at every carriage, where a shape has its kinks
+        carried = [carriage.position for carriage in drive.carriages_on(span)]
+        positions[span] = np.unique(np.concatenate((even, carried)))
     shapes = {span: mode.shape(span, at)[0] for span, at in positions.items()}
     values = np.concatenate(list(shapes.values()))
     size = np.max(np.abs(values))
@@ -41,12 +43,6 @@ def unrolled(mode: Mode, drive: Drive) -> dict[str, tuple[Array, Array]]:
         span: (start + positions[span] / drive.span_length, shapes[span] / largest)
         for start, span in enumerate(drive.spans)
     }
-
-
-def _positions(drive: Drive, span: str) -> Array:
-    """Evenly spread, and exactly at every carriage, where a shape has its kinks."""
-    carried = [carriage.position for carriage in drive.carriages_on(span)]
-    return np.unique(np.concatenate((np.linspace(0.0, drive.span_length, POINTS), carried)))
 
 
 def shapes_picture(name: str, drive: Drive | RoutedDrive, modes: Sequence[Mode]) -> Markup:
@@ -64,18 +60,16 @@ def shapes_picture(name: str, drive: Drive | RoutedDrive, modes: Sequence[Mode])
 
 
 def _draw_shape(axes: "Axes", mode: Mode, drive: Drive) -> None:
-    axes.vlines(range(1 + len(drive.spans)), -1.15, 1.15, color=LINE, linewidth=1.0)
-    axes.hlines(0.0, 0.0, len(drive.spans), color=LINE, linewidth=1.0)
+    axes.vlines(range(1 + len(drive.spans)), -1.15, 1.15, color=Hue.LINE, linewidth=1.0)
+    axes.hlines(0.0, 0.0, len(drive.spans), color=Hue.LINE, linewidth=1.0)
     for start, (span, (x, u)) in enumerate(unrolled(mode, drive).items()):
         axes.fill_between(x, u, color=SPAN_COLOURS[span], alpha=0.10, linewidth=0)
         axes.plot(x, u, color=SPAN_COLOURS[span])
         places = np.array([start + c.position / drive.span_length for c in drive.carriages_on(span)])
         size = 5.0 if places.size <= 4 else 3.0 if places.size <= 80 else 0.0
-        axes.plot(places, np.interp(places, x, u), "s", color=GREEN, markersize=size, linestyle="none")
-        axes.plot(x[[0, -1]], u[[0, -1]], "o", color=INK, markersize=5.5, linestyle="none")
-    axes.set_title(mode_title(mode))
-    axes.set_ylim(-1.25, 1.25)
-    axes.set_xlim(-0.06, len(drive.spans) + 0.06)
+        axes.plot(places, np.interp(places, x, u), "s", color=Hue.GREEN, markersize=size, linestyle="none")
+        axes.plot(x[[0, -1]], u[[0, -1]], "o", color=Hue.INK, markersize=5.5, linestyle="none")
+    axes.set(title=mode_title(mode), ylim=(-1.25, 1.25), xlim=(-0.06, len(drive.spans) + 0.06))
     axes.set_axis_off()
 
 
@@ -83,7 +77,7 @@ def name_places(axes: "Axes", drive: Drive) -> None:
     """Names of pulleys and spans below a panel of the unrolled cable."""
     below: dict[str, Any] = {"va": "top", "transform": axes.get_xaxis_transform(), "fontsize": 11}
     for place in range(1 + len(drive.spans)):
-        axes.text(place, 0.0, "load" if place == 1 else "drive", ha="center", color=QUIET, **below)
+        axes.text(place, 0.0, "load" if place == 1 else "drive", ha="center", color=Hue.QUIET, **below)
     for place, span in enumerate(drive.spans):
         axes.text(place + 0.5, 0.0, span, ha="center", color=SPAN_COLOURS[span], **below)
 
@@ -108,13 +102,16 @@ def draw_mode(axes: "Axes", drive: Drive | RoutedDrive, mode: Mode) -> None:
 def _draw_on_machine(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
     """Displacements of transverse modes across the spans; a longitudinal one moves dots along them."""
     across = mode.kind == TRANSVERSE
-    colour = ORANGE if across else BLUE
-    shapes = [_shape(mode, span) for span in drive.free_spans]
+    colour = Hue.ORANGE if across else Hue.BLUE
+    places = [np.linspace(0.0, span.length, POINTS) for span in drive.free_spans]
+    shapes = [
+        np.real(mode.shape(span.name, at)[0]) for span, at in zip(drive.free_spans, places, strict=True)
+    ]
     largest = max(float(np.abs(shape).max()) for shape in shapes) or 1.0
     size = SIZE * machine_size(drive) / largest
     for span, shape in zip(drive.free_spans, shapes, strict=True):
         ends = np.array(span.contacts)
-        axes.plot(*ends.T, color=LINE, linewidth=1.0, zorder=1)
+        axes.plot(*ends.T, color=Hue.LINE, linewidth=1.0, zorder=1)
         if not across:
             _draw_along(axes, ends, size * shape / span.length, machine_size(drive) / span.length)
             continue
@@ -139,8 +136,8 @@ def _draw_along(axes: "Axes", ends: Array, shape: Array, shorter: float) -> None
     moved = np.clip(rest + np.interp(rest, np.linspace(0.0, 1.0, POINTS), shape), 0.0, 1.0)
     first, way = ends[0], ends[1] - ends[0]
     for start, end in zip(rest, moved, strict=True):
-        axes.plot(*(first + np.outer((start, end), way)).T, color=BLUE, linewidth=2.2, zorder=2)
-    axes.plot(*(first + np.outer(moved, way)).T, "o", color=BLUE, markersize=3.0, zorder=3)
+        axes.plot(*(first + np.outer((start, end), way)).T, color=Hue.BLUE, linewidth=2.2, zorder=2)
+    axes.plot(*(first + np.outer(moved, way)).T, "o", color=Hue.BLUE, markersize=3.0, zorder=3)
 
 
 def mode_title(mode: Mode) -> str:
@@ -158,11 +155,6 @@ def machine_size(drive: RoutedDrive) -> float:
     return float(np.ptp(points, axis=0).max())
 
 
-def _shape(mode: Mode, span: FreeSpan) -> Array:
-    """Displacement of the first shape along a span, shape (p,)."""
-    return np.asarray(np.real(mode.shape(span.name, np.linspace(0.0, span.length, POINTS))[0]), dtype=float)
-
-
 def _joint(mode: Mode, name: str) -> float:
     values = mode.joints.get(name)
     return 0.0 if values is None else float(np.real(values[0]))
@@ -176,8 +168,9 @@ def _draw_pulleys(axes: "Axes", drive: RoutedDrive, mode: Mode, colour: str) -> 
     rims = [abs(turn * p.radius) for turn, p in zip(turns, drive.pulley, strict=True)]
     most = max(rims, default=0.0) or 1.0
     for pulley, turn, rim in zip(drive.pulley, turns, rims, strict=True):
-        axes.add_patch(Circle(pulley.at, pulley.radius, fill=False, edgecolor=QUIET, linewidth=0.8, zorder=2))
-        for angle, drawn in ((0.0, QUIET), (TURN * float(np.sign(turn)) * rim / most, colour)):
+        looks: dict[str, Any] = {"edgecolor": Hue.QUIET, "linewidth": 0.8, "zorder": 2}
+        axes.add_patch(Circle(pulley.at, pulley.radius, fill=False, **looks))
+        for angle, drawn in ((0.0, Hue.QUIET), (TURN * float(np.sign(turn)) * rim / most, colour)):
             tip = pulley.at[0] + pulley.radius * sin(-angle), pulley.at[1] + pulley.radius * cos(angle)
             axes.plot((pulley.at[0], tip[0]), (pulley.at[1], tip[1]), color=drawn, linewidth=0.9, zorder=2)
 
@@ -191,7 +184,7 @@ def _draw_bodies(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
     length = 1.5 * SIZE * machine_size(drive)
     for place, body in enumerate(drive.body):
         turning = any(moves[body.name, move] for move in body.moves if move not in MOVES)
-        looks: dict[str, Any] = {"color": GREEN, "markersize": 9 if turning else 5, "zorder": 4}
+        looks: dict[str, Any] = {"color": Hue.GREEN, "markersize": 9 if turning else 5, "zorder": 4}
         axes.plot(*body.at, "o" if turning else "s", fillstyle="none" if turning else "full", **looks)
         for move in body.moves:
             share = moves[body.name, move] / most
@@ -199,8 +192,8 @@ def _draw_bodies(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
                 continue
             way = MOVES[move]
             tip = body.at[0] + length * share * way[0], body.at[1] + length * share * way[1]
-            arrow = {"arrowstyle": "-|>", "color": GREEN, "shrinkA": 0, "shrinkB": 0}
+            arrow = {"arrowstyle": "-|>", "color": Hue.GREEN, "shrinkA": 0, "shrinkB": 0}
             axes.annotate("", xy=tip, xytext=body.at, arrowprops=arrow, zorder=4, annotation_clip=False)
         if len(drive.body) <= 4:
             beside = (5, 5 - 18 * (place % 2))  # neighbours apart
-            axes.annotate(body.name, body.at, beside, textcoords="offset points", fontsize=10, color=INK)
+            axes.annotate(body.name, body.at, beside, textcoords="offset points", fontsize=10, color=Hue.INK)

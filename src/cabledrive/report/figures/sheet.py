@@ -108,7 +108,8 @@ def draw_route(
         )
     words: list[_Words] = []
     for number, body in enumerate(drive.body):
-        _body(sheet, drive, number, place)
+        sheet.line(*map(place, body_points(drive, number)), colour="faint", width=11.0)
+        sheet.box(place(body.at), (10.0, 10.0), colour="green")
         words.append(_Words(body.name, place(body.at), 10.0, "green"))
     for here, after in neighbours(drive):
         _arc(sheet, here, after, place, scale)
@@ -255,21 +256,11 @@ def _placer(drive: RoutedDrive, width: float) -> tuple[Point, Placer, float]:
     return (width, height), _place, scale
 
 
-def _body(sheet: Sheet, drive: RoutedDrive, number: int, place: Placer) -> None:
-    """A body as a band through all that it carries."""
-    sheet.line(*map(place, body_points(drive, number)), colour="faint", width=11.0)
-    sheet.box(place(drive.body[number].at), (10.0, 10.0), colour="green")
-
-
 def body_points(drive: RoutedDrive, number: int) -> list[Metres]:
     """Places of a body and of all that it carries [m]."""
     body = drive.body[number]
-    carried = [
-        part.at
-        for group in (drive.pulley, drive.anchor, drive.body)
-        for part in group
-        if part.on == body.name
-    ]
+    groups = (drive.pulley, drive.anchor, drive.body)
+    carried = [part.at for group in groups for part in group if part.on == body.name]
     return [body.at, *([body.pivot] if body.pivot else []), *carried]
 
 

@@ -9,22 +9,8 @@ from markupsafe import Markup
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.quality import distributed_response, model_response
-from cabledrive.report.picture import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    LINE,
-    ORANGE,
-    PURPLE,
-    QUIET,
-    RED,
-    label,
-    log_axis,
-    picture,
-)
+from cabledrive.report.picture import Hue, label, log_axis, picture
 from cabledrive.report.typesetting import number
-from cabledrive.rig import Tracking
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
 from cabledrive.studies.study.bandwidth_cost import CarriageController
@@ -59,8 +45,9 @@ LOAD = Errors("deg", DEGREE, "bound", {"theorem": "theorem", "unmatched": "unmat
 CARRIAGE = Errors(
     "mm", 1e-3, "estimate", {"nominal": "best values", "uncertain": "uncertain", "sensors": "encoders"}
 )
-PART_LOOKS = ((BLUE, "-"), (PURPLE, "--"), (GREEN, "-."))
-LOOKS = ((BLUE, "-"), (ORANGE, "--"))
+PART_LOOKS = ((Hue.BLUE, "-"), (Hue.PURPLE, "--"), (Hue.GREEN, "-."))
+LOOKS = ((Hue.BLUE, "-"), (Hue.ORANGE, "--"))
+MARK_LOOKS = ((Hue.INK, ":"), (Hue.RED, "-."))
 WIDEST = 2.0
 
 
@@ -71,26 +58,19 @@ def intervals_picture(name: str, known: Mapping[str, Quantity], sheet: Mapping[s
     def _draw(figure: "Figure") -> None:
         axes = figure.subplots()
         for row, key in enumerate(shown):
-            unit, now = sheet[key].value, known[key]
-            axes.plot(
-                [sheet[key].low / unit, sheet[key].high / unit], [row, row], color=FAINT, linewidth=11.0
-            )
-            ends = np.clip([now.low / unit, now.high / unit], 0.0, WIDEST)
-            axes.plot(ends, [row, row], color=BLUE if now.source == LOG else QUIET, linewidth=2.0)
-            axes.plot(
-                min(now.value / unit, WIDEST),
-                row,
-                "o",
-                color=BLUE if now.source == LOG else QUIET,
-                markersize=5,
-            )
-        axes.axvline(1.0, color=LINE, linewidth=1.0, zorder=0)
+            stated, now = sheet[key], known[key]
+            ends = np.array([stated.low, stated.high]) / stated.value
+            axes.plot(ends, [row, row], color=Hue.FAINT, linewidth=11.0)
+            low, high, value = np.clip(np.array([now.low, now.high, now.value]) / stated.value, 0.0, WIDEST)
+            colour = Hue.BLUE if now.source == LOG else Hue.QUIET
+            axes.plot([low, high], [row, row], color=colour, linewidth=2.0)
+            axes.plot(value, row, "o", color=colour, markersize=5)
+        axes.axvline(1.0, color=Hue.LINE, linewidth=1.0, zorder=0)
         axes.set_yticks(range(len(shown)), [WORDS[key] for key in shown])
         axes.invert_yaxis()
         axes.set_xlabel("over the data sheet's value")
 
-    height = 26.0 * len(shown) + 70.0
-    return picture(name, _draw, height=height)
+    return picture(name, _draw, height=26.0 * len(shown) + 70.0)
 
 
 def bandwidths_picture(found: ControllerResult | CarriageController, errors: Errors) -> Markup:
@@ -103,19 +83,18 @@ def bandwidths_picture(found: ControllerResult | CarriageController, errors: Err
 
     def _draw(figure: "Figure") -> None:
         axes, whole = figure.subplots(), values(errors.whole)
-        axes.plot(hertz, whole, color=INK, linewidth=2.4)
-        label(axes, errors.whole, (hertz[0], whole[0]), (4, 6), color=INK)
+        axes.plot(hertz, whole, color=Hue.INK, linewidth=2.4)
+        label(axes, errors.whole, (hertz[0], whole[0]), (4, 6), color=Hue.INK)
         ends, least = [], 0.3 * whole.min() / 30.0
         for (part, words), (colour, style) in zip(errors.parts.items(), PART_LOOKS, strict=True):
             axes.plot(hertz, values(part), style, color=colour, linewidth=1.5)
             ends.append((max(values(part)[-1], least), words, colour))
         chosen = [i for i, one in enumerate(usable) if one.bandwidth == found.bandwidth]
-        axes.plot(hertz[chosen], whole[chosen], "o", markersize=9, fillstyle="none", color=RED)
+        axes.plot(hertz[chosen], whole[chosen], "o", markersize=9, fillstyle="none", color=Hue.RED)
         axes.set_ylim(max(1e-4, least), 2.0 * whole.max())
         log_axis(axes, "y", 230.0)
         _name_the_ends(axes, hertz[-1], ends)
-        axes.set_xlabel("bandwidth [Hz]")
-        axes.set_ylabel(f"error [{errors.unit}]")
+        axes.set(xlabel="bandwidth [Hz]", ylabel=f"error [{errors.unit}]")
 
     return picture("bandwidths", _draw, height=280.0)
 
@@ -156,14 +135,16 @@ def peaks_picture(
             looks: dict[str, Any] = {"color": colour, "ha": "left" if far else "right"}
             place = float(shown[middle]), float(share[middle])
             label(axes, words, place, (8, -10) if far else (-8, 6), **looks)
-        for (words, value), (colour, style) in zip(marks.items(), ((INK, ":"), (RED, "-.")), strict=True):
+        for (words, value), (colour, style) in zip(marks.items(), MARK_LOOKS, strict=True):
             if value is not None:
                 axes.axvline(value / errors.size, color=colour, linestyle=style, linewidth=1.4)
                 label(axes, words, (value / errors.size, 6.0), (-5, 0), color=colour, ha="right")
-        axes.set_xlim(0.0, right)
-        axes.set_ylim(0.0, 103.0)
-        axes.set_xlabel(f"largest error in a run [{errors.unit}]")
-        axes.set_ylabel("runs below [%]")
+        axes.set(
+            xlim=(0.0, right),
+            ylim=(0.0, 103.0),
+            xlabel=f"largest error in a run [{errors.unit}]",
+            ylabel="runs below [%]",
+        )
 
     return picture("peaks", _draw, height=280.0)
 
@@ -174,12 +155,12 @@ def worst_picture(worst: WorstCase, motion: str, errors: Errors) -> Markup:
     def _draw(figure: "Figure") -> None:
         panels = figure.subplots(3, 1, sharex=True)
         rows = (
-            (f"{motion} [{errors.unit}]", np.array(worst.reference) / errors.size, QUIET),
-            (f"error [{errors.unit}]", np.array(worst.error) / errors.size, BLUE),
-            ("torque [N m]", np.array(worst.torque), GREEN),
+            (f"{motion} [{errors.unit}]", np.array(worst.reference) / errors.size, Hue.QUIET),
+            (f"error [{errors.unit}]", np.array(worst.error) / errors.size, Hue.BLUE),
+            ("torque [N m]", np.array(worst.torque), Hue.GREEN),
         )
         for axes, (words, values, colour) in zip(panels, rows, strict=True):
-            axes.axhline(0.0, color=LINE, linewidth=1.0)
+            axes.axhline(0.0, color=Hue.LINE, linewidth=1.0)
             axes.plot(worst.time, values, color=colour, linewidth=1.3)
             axes.set_ylabel(words)
         panels[-1].set_xlabel("time [s]")
@@ -187,7 +168,7 @@ def worst_picture(worst: WorstCase, motion: str, errors: Errors) -> Markup:
     return picture("worst", _draw, height=380.0)
 
 
-MODEL_COLOURS = {1: QUIET, 2: ORANGE, 3: GREEN, 4: BLUE}
+MODEL_COLOURS = {1: Hue.QUIET, 2: Hue.ORANGE, 3: Hue.GREEN, 4: Hue.BLUE}
 STYLES = ("-", "--", "-.", ":")
 
 
@@ -198,29 +179,15 @@ def responses_picture(name: str, drive: Drive, models: Sequence[int]) -> Markup:
 
     def _draw(figure: "Figure") -> None:
         axes = figure.subplots()
-        axes.plot(hertz, np.abs(distributed_response(drive, omega)), color=INK, linewidth=3.0, alpha=0.35)
+        axes.plot(hertz, np.abs(distributed_response(drive, omega)), color=Hue.INK, linewidth=3.0, alpha=0.35)
         for model in models:
             size = np.abs(model_response(drive, model, omega))
             axes.plot(hertz, size, STYLES[model - 1], color=MODEL_COLOURS[model], linewidth=1.4)
             end = (hertz[-1], size[-1])
             label(axes, str(model), end, (4, -4), color=MODEL_COLOURS[model], annotation_clip=False)
-        axes.set_xlim(0.5, 500.0)
-        axes.set_ylim(np.abs(distributed_response(drive, omega)).min(), 1e3)
+        axes.set(xlim=(0.5, 500.0), ylim=(np.abs(distributed_response(drive, omega)).min(), 1e3))
         log_axis(axes, "x", 600.0)
         log_axis(axes, "y", 200.0)
-        axes.set_xlabel("frequency [Hz]")
-        axes.set_ylabel("load angle per torque [rad/(N m)]")
+        axes.set(xlabel="frequency [Hz]", ylabel="load angle per torque [rad/(N m)]")
 
     return picture(name, _draw, height=300.0)
-
-
-def spectrum(run: Tracking, *, lowest: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    """Frequency [Hz] and amplitude [deg] of the error of the load in the last dwell."""
-    interval = run.time[1] - run.time[0]
-    still = run.time > run.time[-1] - run.summary["motion"]["dwell"]
-    signal = np.degrees(run.error[still])
-    window = np.hanning(signal.size)
-    amplitude = 2.0 * np.abs(np.fft.rfft((signal - signal.mean()) * window, 8 * signal.size)) / window.sum()
-    frequency = np.fft.rfftfreq(8 * signal.size, interval)
-    kept = (frequency >= lowest) & (frequency <= 200.0)
-    return frequency[kept], amplitude[kept]

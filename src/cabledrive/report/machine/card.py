@@ -1,9 +1,9 @@
 """The card of a machine, its modes, and whether they excite one another."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from cabledrive.modal import Mode, Modes
+from cabledrive.modal import Modes
 from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -64,16 +64,15 @@ def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...],
 
 def facts_of(modes: Modes) -> list[tuple[str, str]]:
     """The lowest modes of each kind in words."""
-    return [_fact("Longitudinal", modes.longitudinal), _fact("Transverse", modes.transverse)]
-
-
-def _fact(what: str, modes: tuple[Mode, ...]) -> tuple[str, str]:
-    """The lowest of some modes in words."""
-    if not modes:
-        return what, "none found"
-    where = modes[0].span or short_family(modes[0].family)
-    where += {"upper": " span", "lower": " span", "both": " spans"}.get(where, "")
-    return what, f"{number(modes[0].frequency, 4)} Hz, {where}"
+    facts = []
+    for what, found in (("Longitudinal", modes.longitudinal), ("Transverse", modes.transverse)):
+        words = "none found"
+        for lowest in found[:1]:
+            where = lowest.span or short_family(lowest.family)
+            where += {"upper": " span", "lower": " span", "both": " spans"}.get(where, "")
+            words = f"{number(lowest.frequency, 4)} Hz, {where}"
+        facts.append((what, words))
+    return facts
 
 
 SHOWN, SHOWN_SHAPES, SHOWN_ON_ROUTES, SHOWN_ACROSS = 8, 4, 3, 6
@@ -83,7 +82,6 @@ def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
     """The count of modes as a staircase; None where no longitudinal mode lies in its range."""
     if not any(mode.frequency < modes.certificate.below for mode in modes.longitudinal):
         return None
-    picture = ladder_picture(f"ladder-{name}", drive, modes)
     bound = modes.certificate.below
     steps = ", ".join(f"{number(mode.frequency)} Hz" for mode in modes.longitudinal if mode.frequency < bound)
     below = f"{number(bound)} Hz"
@@ -93,7 +91,7 @@ def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
         f"{steps}. Under it each mode as a rung, {len(modes.transverse)} of them transverse.",
         caption=f"Longitudinal modes, counted up to {below} (line) and listed (dots); under "
         "it, each mode of both kinds as a rung.",
-        drawing=picture,
+        drawing=ladder_picture(f"ladder-{name}", drive, modes),
     )
 
 
@@ -116,15 +114,13 @@ def across_table(modes: Modes) -> Table | None:
     rows = mode_rows(modes.transverse)
     shown = rows[:SHOWN_ACROSS]
     more = f"The lowest {SHOWN_ACROSS} of {len(rows)} frequencies." if len(rows) > SHOWN_ACROSS else ""
-    cells = ((_hertz(row, shown), *_across_cells(row)) for row in shown)
+    cells = []
+    for row in shown:
+        carried = "the carriages move; " if row.family == "carriage-dominated" else ""
+        models = " and ".join(sorted({mode.model or "" for mode in row.modes}))
+        cells.append((_hertz(row, shown), str(row.count), carried + row.where, models))
     heads = "Frequency [Hz] | Modes [] | Where | Model"
     return table("Transverse modes.", heads, cells, note=more) if rows else None
-
-
-def _across_cells(row: ModeRow) -> tuple[Cell, ...]:
-    carried = "the carriages move; " if row.family == "carriage-dominated" else ""
-    models = sorted({mode.model or "" for mode in row.modes})
-    return str(row.count), carried + row.where, " and ".join(models)
 
 
 ON_ROUTES = (
@@ -172,10 +168,6 @@ def travel_figures(drive: RoutedDrive, name: str) -> Iterator[Figure]:
 
 
 def _figure(name: str, keys: tuple[str, ...], found: "xr.Dataset") -> Figure:
-    def _draw(figure: Any) -> None:
-        draw_map(figure, found, 1)
-
-    drawn = picture(name, _draw, height=_HEIGHT)
     along = keys[0] + (f" (with {', '.join(keys[1:])})" if len(keys) > 1 else "")
     certified, points = int(found["certified"].sum()), int(found["certified"].size)
     lost = int((found["reason"] != "").sum())
@@ -185,7 +177,7 @@ def _figure(name: str, keys: tuple[str, ...], found: "xr.Dataset") -> Figure:
         name=name,
         alt=f"Natural frequencies of the first {COUNT} modes of each kind over {along}.",
         caption=f"Natural frequencies over {along}, from end to end of the machine's drawing. {said}.",
-        drawing=drawn,
+        drawing=picture(name, lambda figure: draw_map(figure, found, 1), height=_HEIGHT),
     )
 
 
@@ -194,21 +186,20 @@ def simple_models_table(drive: Drive) -> Table:
     return table(
         "What simpler models make of this machine.",
         "Model | Its frequency [Hz] | Exact [Hz] | Deviation [%]",
-        (_row(*line) for line in _models(drive)),
+        _models(drive),
     )
 
 
-def _models(drive: Drive) -> Iterator[tuple[str, float, float]]:
-    """Name of the model, its frequency, the certified one [Hz]."""
+def _models(drive: Drive) -> Iterator[tuple[Cell, ...]]:
     along, across = against_rigid_supports(drive)
+    models = {
+        "Bare span between rigid supports, along (3.14a)": along,
+        "Bare span between rigid supports, across (3.14b)": across,
+    }
     if not all(pulley.fixed for pulley in drive.pulley):
-        lumped = against_lumped_springs(drive)
-        yield "Pulleys on springs without mass, no carriage", lumped.simple, lumped.exact
-    yield "Bare span between rigid supports, along (3.14a)", along.simple, along.exact
-    yield "Bare span between rigid supports, across (3.14b)", across.simple, across.exact
-
-
-def _row(model: str, simple: float, exact: float) -> tuple[Cell, ...]:
-    deviation = 100.0 * (simple / exact - 1.0)
-    sign = "+" if deviation >= 0.05 else ""
-    return model, number(simple), number(exact), sign + fixed(deviation + 0.0, 1).replace("−0.0", "0.0")
+        models = {"Pulleys on springs without mass, no carriage": against_lumped_springs(drive)} | models
+    for model, found in models.items():
+        deviation = 100.0 * (found.simple / found.exact - 1.0)
+        sign = "+" if deviation >= 0.05 else ""
+        off = sign + fixed(deviation + 0.0, 1).replace("−0.0", "0.0")
+        yield model, number(found.simple), number(found.exact), off

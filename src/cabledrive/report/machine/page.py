@@ -25,7 +25,7 @@ from cabledrive.report.machine.data import (
     spans_table,
     warnings_of,
 )
-from cabledrive.report.machine.rest import rest_plot, rest_table
+from cabledrive.report.machine.rest import rest_blocks
 from cabledrive.report.page import MACHINES, Badge, Card, View
 from cabledrive.report.typesetting import number
 from cabledrive.report.words import certificate_line, rigid_words
@@ -34,11 +34,11 @@ HANGING = (
     "Weights change the tension along the cable, and with it the transverse frequencies; each stretch "
     "vibrates under the tension it has here."
 )
-ROUTE_METHODS = (
+ROUTE_METHODS: tuple[str, ...] = (
     "Machines with routes: exact dynamic stiffness of every span, count of the network by the signs of that "
     "stiffness, roots enclosed between two counts; tensions by balance of bodies and lengths of ropes.",
 )
-METHODS = (
+METHODS: tuple[str, ...] = (
     "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
     "counts and refined by inverse iteration, each enclosed between two counts. They are about the "
     "state of rest, along and across together where a span sags. Friction and damping do not enter.",
@@ -52,12 +52,15 @@ def machine_view(context: ReportContext, place: int) -> View:
     drive, name, modes = context.machines[place], context.anchors[place], context.modes[place]
     context.progress(f"resonance and travel: {drive.name}")
     badge, reasons, pairs = resonance_words(drive)
-    routed = isinstance(drive, RoutedDrive)
-    sections = _of_routes(drive, name, pairs) if isinstance(drive, RoutedDrive) else _of_a_loop(drive, name)
+    if isinstance(drive, RoutedDrive):
+        sections, methods = _of_routes(drive, name, pairs), ROUTE_METHODS
+        steps = None
+    else:
+        sections, methods = _of_a_loop(drive, name), METHODS
+        steps = ladder(drive, name, modes)
     warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*warnings_of(drive), *modes.warnings)))
     along, across, drawn = along_table(modes), across_table(modes), drawing(drive, name)
     shaped = shapes(drive, name, modes)
-    steps = None if isinstance(drive, RoutedDrive) else ladder(drive, name, modes)
     first, last = (
         [block for one in sections if one.folded is side for block in one.blocks] for side in (False, True)
     )
@@ -98,16 +101,15 @@ def machine_view(context: ReportContext, place: int) -> View:
         template="machine.html",
         content=content,
         blocks=tuple(block for block in blocks if block is not None),
-        methods=ROUTE_METHODS if routed else METHODS,
+        methods=methods,
     )
 
 
 def _of_a_loop(drive: Drive, name: str) -> tuple[Section, ...]:
     """Sections of the page of a loop or a line."""
-    rest, stretches = rest_plot(drive, name), rest_table(drive)
-    hanging = tuple(block for block in (rest, stretches) if block is not None)
+    hanging = rest_blocks(drive, name)
     return (
-        *([Section("At rest, under gravity", "rest", hanging, text=HANGING)] if rest is not None else []),
+        *([Section("At rest, under gravity", "rest", hanging, text=HANGING)] if hanging else []),
         Section("What simpler formulas give", "simple", (simple_models_table(drive),), folded=True),
         Section(
             "Data and derived quantities",

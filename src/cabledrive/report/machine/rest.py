@@ -6,7 +6,7 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.rest import RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.report.blocks import Panel, Plot, Series, Table, table
+from cabledrive.report.blocks import Block, Panel, Plot, Series, table
 from cabledrive.report.typesetting import quantity
 
 POINTS = 65
@@ -53,45 +53,6 @@ def _fallen(stretch: RestingStretch) -> tuple[Array, Array]:
     return fine[::2], np.concatenate(([0.0], np.cumsum(parts)))
 
 
-def rest_plot(drive: Drive, name: str) -> Plot | None:
-    """Tension and sag along the spans; None where the weight changes neither by a thousandth."""
-    rest = resting(drive)
-    if rest is None or not _worth_showing(drive, rest):
-        return None
-    joints = [end for stretch in rest.stretches for end in (stretch.start, stretch.end)]
-    inside = np.unique([end for end in joints if 0.0 < end < drive.span_length])
-    step = 1e-6 * drive.span_length
-    at = np.unique(
-        np.concatenate((np.linspace(0.0, drive.span_length, 2 * POINTS), inside - step, inside + step))
-    )
-    lines = (Series(f"{span} span", tension_at(rest, span, at), COLOURS[span]) for span in drive.spans)
-    panels = [Panel("Tension", "N", tuple(lines))]
-    if max(section.sag for section in rest.sections) > SEEN * drive.span_length:
-        height = {span: -np.interp(at, *sag_of(drive, span)) for span in drive.spans}
-        curves = tuple(Series(f"{span} span", values, COLOURS[span]) for span, values in height.items())
-        panels.append(Panel("Height over the line of the pulleys", "m", curves))
-    low = quantity(rest.lowest_tension, "N", 3)
-    high = quantity(max(max(stretch.tensions) for stretch in rest.stretches), "N", 3)
-    deepest = max(section.sag for section in rest.sections)
-    sag = f", sag up to {quantity(deepest, 'm', 3)}" if len(panels) > 1 else ""
-    return Plot(
-        name=f"rest-{name}",
-        alt=f"Tension at rest along each span, from {low} to {high}{sag}.",
-        caption=f"Tension from {low} to {high}{sag}; drive pulley held. Each carriage steps the tension. "
-        "Positions count from the pulley where the span starts.",
-        points=at,
-        along="position",
-        unit="m",
-        panels=tuple(panels),
-    )
-
-
-def _worth_showing(drive: Drive, rest: RestState) -> bool:
-    tensions = [t for stretch in rest.stretches for t in stretch.tensions]
-    changed = max(abs(t - drive.cable.pretension) for t in tensions) > SEEN * drive.cable.pretension
-    return changed or max(section.sag for section in rest.sections) > SEEN * drive.span_length
-
-
 def tension_at(rest: RestState, span: str, at: Array) -> Array:
     """Tension along a span, shape (p,) [N]."""
     values = np.full(at.size, np.nan)
@@ -102,19 +63,51 @@ def tension_at(rest: RestState, span: str, at: Array) -> Array:
     return values
 
 
-def rest_table(drive: Drive) -> Table | None:
-    """Tension and sag of every section; None without weight, or where there are too many for a table."""
+def rest_blocks(drive: Drive, name: str) -> tuple[Block, ...]:
+    """Tension and sag along the spans and of every stretch, unless there are too many for a table.
+
+    None where the weight changes neither by a thousandth.
+    """
     rest = resting(drive)
-    if rest is None or not _worth_showing(drive, rest) or len(rest.stretches) > MOST_ROWS:
-        return None
-    return table(
-        "Tension of every stretch at rest.",
-        "Stretch | Tension at its start [] | at its end []",
-        (_row(stretch) for stretch in rest.stretches),
+    if rest is None:
+        return ()
+    tensions = [t for stretch in rest.stretches for t in stretch.tensions]
+    deepest, pretension = max(section.sag for section in rest.sections), drive.cable.pretension
+    sags = deepest > SEEN * drive.span_length
+    if not sags and max(abs(t - pretension) for t in tensions) <= SEEN * pretension:
+        return ()
+    joints = [end for stretch in rest.stretches for end in (stretch.start, stretch.end)]
+    inside = np.unique([end for end in joints if 0.0 < end < drive.span_length])
+    step = 1e-6 * drive.span_length
+    even = np.linspace(0.0, drive.span_length, 2 * POINTS)
+    at = np.unique(np.concatenate((even, inside - step, inside + step)))
+    shown = [("Tension", "N", {span: tension_at(rest, span, at) for span in drive.spans})]
+    if sags:
+        height = {span: -np.interp(at, *sag_of(drive, span)) for span in drive.spans}
+        shown.append(("Height over the line of the pulleys", "m", height))
+    panels = (
+        Panel(title, unit, tuple(Series(f"{span} span", own, COLOURS[span]) for span, own in curves.items()))
+        for title, unit, curves in shown
     )
-
-
-def _row(stretch: RestingStretch) -> tuple[str, str, str]:
-    where = f"{stretch.span} span, {quantity(stretch.start, 'm', 4)} to {quantity(stretch.end, 'm', 4)}"
-    first, last = (quantity(tension, "N", 4) for tension in stretch.tensions)
-    return where, first, last
+    low, high = (quantity(value, "N", 3) for value in (rest.lowest_tension, max(tensions)))
+    sag = f", sag up to {quantity(deepest, 'm', 3)}" if sags else ""
+    plot = Plot(
+        name=f"rest-{name}",
+        alt=f"Tension at rest along each span, from {low} to {high}{sag}.",
+        caption=f"Tension from {low} to {high}{sag}; drive pulley held. Each carriage steps the tension. "
+        "Positions count from the pulley where the span starts.",
+        points=at,
+        along="position",
+        unit="m",
+        panels=tuple(panels),
+    )
+    heads = "Stretch | Tension at its start [] | at its end []"
+    rows = (
+        (
+            f"{one.span} span, {quantity(one.start, 'm', 4)} to {quantity(one.end, 'm', 4)}",
+            *(quantity(tension, "N", 4) for tension in one.tensions),
+        )
+        for one in rest.stretches
+    )
+    stretches = table("Tension of every stretch at rest.", heads, rows)
+    return (plot, stretches) if len(rest.stretches) <= MOST_ROWS else (plot,)

@@ -52,7 +52,9 @@ def controller_chapter(result: StudyResult) -> Chapter | None:
             words = {"whole": errors.whole, "seen": seen, "unit": errors.unit}
             blocks.append(pictured(say, "bandwidths", picture, **words))
         if found.shares:
-            blocks.append(_shares(say(f"shares_{kind}"), found.shares, errors))
+            ordered = sorted(found.shares.items(), key=lambda item: -item[1])
+            shares = ((named(name), errors.shown(share)) for name, share in ordered)
+            blocks.append(table(say(f"shares_{kind}"), f"Quantity | Share [{errors.unit}]", shares))
     if isinstance(found, ControllerResult) and found.broken:
         blocks.append(Note(text=listed(say("broken"), found.broken)))
     method = say(f"method_{kind}")
@@ -109,13 +111,6 @@ def _refusals(candidates: Iterable[Candidate | CarriageCandidate]) -> dict[str, 
             model = f"Model {one.model} at " if isinstance(one, Candidate) else ""
             reasons.setdefault(one.refused, []).append(f"{model}{one.bandwidth:g}")
     return {why: ", ".join(hertz) for why, hertz in reasons.items()}
-
-
-def _shares(caption: str, shares: Mapping[str, float], errors: Errors) -> Table:
-    """Shares of each quantity, largest first."""
-    ordered = sorted(shares.items(), key=lambda item: -item[1])
-    rows = ((named(name), errors.shown(share)) for name, share in ordered)
-    return table(caption, f"Quantity | Share [{errors.unit}]", rows)
 
 
 say_runs = texts("study_acceptance")
@@ -197,15 +192,10 @@ def _runs(runs: list[AcceptanceResult], errors: Errors) -> Table:
 
 def _worst_plant(worst: WorstCase, best: Mapping[str, float]) -> Table:
     """The plant of the worst run beside the best values, in SI."""
-    rows = (
-        (
-            named(name),
-            number(value, 5),
-            number(best[name], 5) if name in best else "",
-            unit_shown(UNITS[name]),
-        )
-        for name, value in worst.values.items()
-    )
+    rows = []
+    for name, value in worst.values.items():
+        beside = number(best[name], 5) if name in best else ""
+        rows.append((named(name), number(value, 5), beside, unit_shown(UNITS[name])))
     return table(
         f"The plant of the worst run, sample {worst.draw}.",
         "Quantity | Its value [] | Best value [] | Unit",

@@ -81,15 +81,10 @@ def modes_chapter(result: StudyResult) -> Chapter:
 
 
 def _rows(result: StudyResult) -> Table:
-    groups = []
-    for kind in ("longitudinal", "transverse"):
-        rows = tuple(
-            (f"{row.frequency:.4f}", f"{row.multiplicity}", row.family)
-            for row in result.modes.rows
-            if row.kind == kind
-        )
-        if rows:
-            groups.append(RowGroup(title=kind.capitalize(), rows=rows))
+    kinds: dict[str, list[tuple[str, str, str]]] = {"longitudinal": [], "transverse": []}
+    for row in result.modes.rows:
+        kinds[row.kind].append((f"{row.frequency:.4f}", f"{row.multiplicity}", row.family))
+    groups = [RowGroup(title=kind.capitalize(), rows=tuple(rows)) for kind, rows in kinds.items() if rows]
     return table("Certified modes of the distributed drive.", "Frequency [Hz] | Modes [] | Family", groups)
 
 
@@ -119,33 +114,23 @@ def resonance_chapter(result: StudyResult) -> Chapter:
     found = result.resonance
     tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
     shown = {own.name: own.metadata for own in fields(ResonanceSummary) if own.metadata.get("under")}
-    rows = [
-        *(
-            (shown[name]["meaning"], _maybe(getattr(found, name), shown[name]["unit"]))
-            for name in SHOWN_FIGURES
-        ),
-        ("Largest torque of the motion", quantity(found.torque, "N m", 4)),
-        (
-            "Assumed ripple at the pulley mode's frequency, a twentieth of it",
-            quantity(found.ripple, "N m", 3),
-        ),
-        ("Verdict for that ripple", found.verdict),
-    ]
+    figures = ((shown[name], getattr(found, name)) for name in SHOWN_FIGURES)
+    rows = [(own["meaning"], _maybe(value, own["unit"])) for own, value in figures]
+    rows.append(("Largest torque of the motion", quantity(found.torque, "N m", 4)))
+    ripple = "Assumed ripple at the pulley mode's frequency, a twentieth of it"
+    rows.append((ripple, quantity(found.ripple, "N m", 3)))
+    rows.append(("Verdict for that ripple", found.verdict))
     if found.alarm is not None:
         rows.append(("Largest transverse displacement along the motion", _maybe(found.largest, "m")))
         rows.append(("Allowed", quantity(found.limit, "m", 3)))
-    lines = tuple(found.reasons)
-    return Chapter(
-        "Internal resonance",
-        "resonance",
-        (
-            Note(text=say("alarm", verdict=found.alarm), tone=tone),
-            table(say("resonance"), "Figure | Value []", rows),
-            *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in lines),
-            loop_in_motion(result),
-        ),
-        methods=(say("resonance_method", repeated=REPEATED),),
+    blocks = (
+        Note(text=say("alarm", verdict=found.alarm), tone=tone),
+        table(say("resonance"), "Figure | Value []", rows),
+        *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in found.reasons),
+        loop_in_motion(result),
     )
+    method = say("resonance_method", repeated=REPEATED)
+    return Chapter("Internal resonance", "resonance", blocks, methods=(method,))
 
 
 def _maybe(value: float | None, unit: str) -> str:

@@ -36,12 +36,8 @@ def verdict_chapter(result: StudyResult) -> Chapter:
     if verdict.cautions:
         blocks.append(points("Notes:", verdict.cautions))
     blocks.append(_asked(result.goals))
-    return Chapter(
-        "Verdict",
-        "verdict",
-        tuple(blocks),
-        methods=(say("method"), *((say("carriage_method"),) if result.carried else ())),
-    )
+    methods = (say("method"), *((say("carriage_method"),) if result.carried else ()))
+    return Chapter("Verdict", "verdict", tuple(blocks), methods=methods)
 
 
 def points(head: str, lines: tuple[str, ...]) -> Paragraph:
@@ -60,15 +56,10 @@ def listed(head: str, lines: tuple[str, ...]) -> Markup:
 
 
 def _margins(margins: tuple[Margin, ...]) -> Table:
-    rows = (
-        (
-            say("margin", name=m.name),
-            quantity(m.value, m.unit, 3),
-            quantity(m.allowed, m.unit, 3),
-            min(m.value / m.allowed, 9.99),
-        )
-        for m in margins
-    )
+    rows = []
+    for own in margins:
+        value, allowed = (quantity(one, own.unit, 3) for one in (own.value, own.allowed))
+        rows.append((say("margin", name=own.name), value, allowed, min(own.value / own.allowed, 9.99)))
     return table("Margins.", "Figure | Value [] | Allowed []", rows, bars=("Used",))
 
 
@@ -124,16 +115,10 @@ def _chain(drive: AxisDrive) -> Paragraph:
 
 
 def _logs(logs: tuple[LogWords, ...]) -> Table:
-    rows = (
-        (
-            log.name,
-            f"{log.rows}",
-            f"{log.duration:.4g}",
-            f"{log.sample_rate:.6g}",
-            ", ".join(name.replace("_", " ") for name in log.channels),
-        )
-        for log in logs
-    )
+    rows = []
+    for log in logs:
+        channels = ", ".join(name.replace("_", " ") for name in log.channels)
+        rows.append((log.name, f"{log.rows}", f"{log.duration:.4g}", f"{log.sample_rate:.6g}", channels))
     return table("The logs.", "File | Rows [] | Length [s] | Rate [Hz] | Channels", rows)
 
 
@@ -145,11 +130,8 @@ def knowledge_chapter(result: StudyResult) -> Chapter:
     """Identified parameters, and parameters from the data sheet."""
     known = result.knowledge
     identified = sum(q.source == LOG for q in known.quantities.values())
-    blocks: list[Block] = [
-        Paragraph(
-            text=say_known("identified", count=identified, of=len(known.quantities), residual=known.residual)
-        )
-    ]
+    words = say_known("identified", count=identified, of=len(known.quantities), residual=known.residual)
+    blocks: list[Block] = [Paragraph(text=words)]
     if known.undetermined:
         blocks.append(Note(text=listed(say_known("undetermined"), known.undetermined), tone="warning"))
     if known.findings:
@@ -171,18 +153,11 @@ def _sheet(result: StudyResult) -> dict[str, Quantity]:
 
 def _quantities(result: StudyResult) -> Table:
     sheet = _sheet(result)
-    rows = (
-        (
-            named(name),
-            number(sheet[name].value, 4) if name in sheet else "none",
-            number(q.value, 5),
-            number(q.low, 4),
-            number(q.high, 4),
-            unit_shown(q.unit),
-            SOURCES[q.source],
-        )
-        for name, q in result.knowledge.quantities.items()
-    )
+    rows = []
+    for name, q in result.knowledge.quantities.items():
+        stated = number(sheet[name].value, 4) if name in sheet else "none"
+        found = (number(q.value, 5), number(q.low, 4), number(q.high, 4), unit_shown(q.unit))
+        rows.append((named(name), stated, *found, SOURCES[q.source]))
     return table(
         say_known("table"),
         "Quantity | Data sheet [] | Value [] | Low [] | High [] | Unit | From",
