@@ -2,7 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -52,14 +53,28 @@ def finished(folder: Path) -> dict[str, Any] | None:
     hashes = data.get("files") if data is not None else None
     if not isinstance(hashes, dict) or REPORT not in hashes:
         return None
-    return data if all(_is(folder / name, sha) for name, sha in hashes.items()) else None
+    with suppress(InputRefused):
+        if all(_bytes_hash(str(folder / name)) == sha for name, sha in hashes.items()):
+            return data
+    return None
 
 
-def _is(path: Path, sha: str) -> bool:
+def folder_of(output: str) -> Path:
+    """The folder that ``--output`` names; refused if it names none."""
+    if not output:
+        raise InputRefused("--output names no folder: give one, or . for this one")
+    return Path(output)
+
+
+@contextmanager
+def kept_if_interrupted(folder: Path) -> Iterator[None]:
+    """Say after Ctrl-C that finished stages are kept."""
     try:
-        return _bytes_hash(str(path)) == sha
-    except InputRefused:
-        return False
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
+        ) from None
 
 
 def check_folder(folder: Path, *, force: bool = False) -> None:

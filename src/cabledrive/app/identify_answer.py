@@ -28,22 +28,27 @@ def pinged(
         if plucked is not None or section:
             raise InputRefused("--plucked and --section are for loops and lines: leave them out")
         return _ping_of_route(logs, drive, spans, columns)
-    span = _span_of_loop(spans)
-    if span == "both":
-        return _ping_of_both(logs, drive, (plucked, section), columns)
-    if plucked is not None:
-        raise InputRefused("--plucked belongs to --span both: give that, or name the one span with --span")
-    return _ping(logs, drive, (span, section), columns)
-
-
-def _span_of_loop(spans: tuple[str, ...]) -> str | None:
     if len(spans) > 1:
         raise InputRefused(f"--span: {len(spans)} given, a loop or a line takes one: upper, lower or both")
     if spans and spans[0] not in OF_LOOPS:
         raise InputRefused(
             f'--span: "{spans[0][:60]}" is not upper, lower or both{nearest(spans[0][:60], OF_LOOPS)}'
         )
-    return spans[0] if spans else None
+    if spans != ("both",) and plucked is not None:
+        raise InputRefused("--plucked belongs to --span both: give that, or name the one span with --span")
+    if len(logs) != 1:
+        raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
+    recording = read_ping(logs[0], columns)
+    if spans == ("both",):
+        found = tension_of_both(recording, drive, plucked=plucked, section=section)
+        missing = None if found.identifiable else found.unidentifiable[0]
+        return _tensions(drive, found.as_dict(), TWO_FAMILIES, (), missing)
+    found = tension_from_ping(recording, drive, span=spans[0] if spans else None, section=section)
+    formula = [
+        f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"
+        for one in found.spans.values()
+    ]
+    return _tensions(drive, found.as_dict(), VANISHING, formula)
 
 
 VANISHING = "tones at vanishing amplitude against certified modes"
@@ -81,23 +86,6 @@ def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, 
     return _tensions(drive, data, VANISHING, between)
 
 
-def _ping(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], columns: Any) -> Answer:
-    """Tension of each span from one recording."""
-    found = tension_from_ping(read_ping(_only(logs), columns), drive, span=place[0], section=place[1])
-    formula = [
-        f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"
-        for one in found.spans.values()
-    ]
-    return _tensions(drive, found.as_dict(), VANISHING, formula)
-
-
-def _ping_of_both(logs: tuple[str, ...], drive: Drive, place: tuple[str | None, int], columns: Any) -> Answer:
-    """Tension of both spans from one recording in which both sound."""
-    found = tension_of_both(read_ping(_only(logs), columns), drive, plucked=place[0], section=place[1])
-    missing = None if found.identifiable else found.unidentifiable[0]
-    return _tensions(drive, found.as_dict(), TWO_FAMILIES, (), missing)
-
-
 def _tensions(
     drive: Drive | RoutedDrive,
     data: dict[str, Any],
@@ -115,12 +103,6 @@ def _tensions(
         )
     text = "\n".join([*parameter_rows(data), *lines, *more, *finding_lines(data)])
     return Answer(data=data, text=text, provenance=provenance(drive, method=method), incomplete=missing)
-
-
-def _only(logs: tuple[str, ...]) -> str:
-    if len(logs) != 1:
-        raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
-    return logs[0]
 
 
 def parameter_rows(data: dict[str, Any]) -> list[str]:
@@ -163,12 +145,9 @@ def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: Column
         "strokes": found.strokes,
         "findings": list(found.findings),
     }
-    return Answer(
-        data=data,
-        text=_split_text(found),
-        provenance=provenance(method=SPLIT),
-        incomplete=None if not found.reason else found.findings[0],
-    )
+    missing = found.findings[0] if found.reason else None
+    about = provenance(method=SPLIT)
+    return Answer(data=data, text=_split_text(found), provenance=about, incomplete=missing)
 
 
 ESTIMATE = Keys(Estimate, "unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"))

@@ -47,14 +47,11 @@ class Door(click.Group):
         sorted_in = {name for group in SECTIONS.values() for name in group}
         more = tuple(name for name in names if name not in sorted_in)
         for title, group in (*SECTIONS.items(), ("More", more)):
-            rows = [(name, self._in_short(ctx, name)) for name in group if name in names]
+            found = ((name, self.get_command(ctx, name)) for name in group if name in names)
+            rows = [(name, own.get_short_help_str(limit=200)) for name, own in found if own is not None]
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
-
-    def _in_short(self, ctx: click.Context, name: str) -> str:
-        command = self.get_command(ctx, name)
-        return "" if command is None else command.get_short_help_str(limit=200)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import a subcommand. Returns none if there is no such subcommand."""

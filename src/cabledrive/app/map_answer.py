@@ -10,6 +10,7 @@ from cabledrive.parameters.keys import quantity_of
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import table, table_text
+from cabledrive.report.words import HELD, speed_unit
 from cabledrive.studies.excitation_orders import Campbell, Zone
 from cabledrive.studies.sway import Sway, SwayingRope
 
@@ -38,13 +39,20 @@ def map_answer(
     }
     if data["points_without_modes"]:
         data["first_reason"] = str(next(reason for reason in refused if reason))
-    text = [f"{drive.title or drive.name}", _shape_line(data), "", _table(data["ranges"])]
+    size = " x ".join(str(n) for n in data["shape"])
+    over = f"{size} points over {', '.join(data['keys'])}; motor {HELD[data['motor']]}"
+    certified = f"{over}; certified at {data['certified_points']}."
+    text = [f"{drive.title or drive.name}", certified, "", _table(data["ranges"])]
     if data["points_without_modes"]:
         text.append(
             f"{data['points_without_modes']} points have no modes, the first: {data['first_reason']}."
         )
     if excited is not None:
-        data |= _excited(excited)
+        data |= EXCITED(excited) | {
+            "speed": {"key": excited.coordinate, "low": excited.low, "high": excited.high},
+            "orders": [{"name": name, "hz_per_speed": rate} for name, rate in excited.orders.items()],
+            "clear": [{"low": low, "high": high} for low, high in excited.clear],
+        }
         text += ["", *_speeds(excited)]
     return data, "\n".join(text)
 
@@ -63,29 +71,17 @@ def _ranges(found: "xr.Dataset", name: str, dims: list[str]) -> list[dict[str, A
             | {dim: float(found[dim].values[i]) for dim, i in zip(dims, place, strict=True)}
             for place in places
         )
-        rows.append({"output": name, str(other): _plain(label), "lowest": low, "highest": high})
+        plain = int(label) if isinstance(label, np.integer) else str(label)
+        rows.append({"output": name, str(other): plain, "lowest": low, "highest": high})
     return rows
 
 
-def _plain(label: Any) -> int | str:
-    return int(label) if isinstance(label, np.integer) else str(label)
-
-
-def _shape_line(data: dict[str, Any]) -> str:
-    size = " x ".join(str(n) for n in data["shape"])
-    held = {"free": "free", "held": "held", "holding": "on its holding stiffness"}[data["motor"]]
-    keys = ", ".join(data["keys"])
-    return f"{size} points over {keys}; motor {held}; certified at {data['certified_points']}."
-
-
 def _table(rows: list[dict[str, Any]]) -> str:
-    cells = [
-        (
-            row.get("coordinate") or f"{row['output'].removesuffix('_hz')} {row['mode']}",
-            *(f"{row[end]['frequency_hz']:.6g}" for end in ("lowest", "highest")),
-        )
-        for row in rows
-    ]
+    cells = []
+    for row in rows:
+        ends = (f"{row[end]['frequency_hz']:.6g}" for end in ("lowest", "highest"))
+        name = row.get("coordinate") or f"{row['output'].removesuffix('_hz')} {row['mode']}"
+        cells.append((name, *ends))
     return table_text(table("", " | lowest [Hz] | highest [Hz]", cells))
 
 
@@ -96,33 +92,22 @@ SWAY = Keys(
 )
 
 
-def _excited(found: Campbell) -> dict[str, Any]:
-    return EXCITED(found) | {
-        "speed": {"key": found.coordinate, "low": found.low, "high": found.high},
-        "orders": [{"name": name, "hz_per_speed": rate} for name, rate in found.orders.items()],
-        "clear": [{"low": low, "high": high} for low, high in found.clear],
-    }
-
-
 def _speeds(found: Campbell) -> list[str]:
     """What to avoid, the heaviest first, and what is clear."""
-    unit = "m/s" if found.coordinate.endswith((".x", ".y")) else "rad/s"
+    unit = speed_unit(found.coordinate)
     proof = "certified" if found.certified else "not certified"
     lines = [f"Order {name}: {rate:.5g} Hz per {unit}." for name, rate in found.orders.items()]
     lines.append(
         f"Searched up to {found.covered:.4g} Hz ({proof} complete): {len(found.branches)} distinct modes."
     )
-    lines += [_avoid(zone, found, unit) for zone in found.zones[:MOST_LINES]]
+    for zone in found.zones[:MOST_LINES]:
+        there = "" if zone.place_low == zone.place_high else f" to {zone.place_high:.4g}"
+        speeds, places = f"{zone.low:.4g} to {zone.high:.4g} {unit}", f"{zone.place_low:.4g}{there}"
+        lines.append(f"Avoid {speeds} with {found.key} at {places}: order {zone.order} excites {zone.mode}.")
     if len(found.zones) > MOST_LINES:
         lines.append(f"{len(found.zones) - MOST_LINES} more zones of less weight: --json lists all.")
     clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in found.clear)
     return [*lines, f"Clear of all modes: {clear or 'none'}"]
-
-
-def _avoid(zone: Zone, found: Campbell, unit: str) -> str:
-    there = "" if zone.place_low == zone.place_high else f" to {zone.place_high:.4g}"
-    speeds, places = f"{zone.low:.4g} to {zone.high:.4g} {unit}", f"{zone.place_low:.4g}{there}"
-    return f"Avoid {speeds} with {found.key} at {places}: order {zone.order} excites {zone.mode}."
 
 
 ALONE, EACH = 31, 11

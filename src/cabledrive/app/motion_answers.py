@@ -136,19 +136,10 @@ def with_margins(answer: Answer, drive: Drive | RoutedDrive, file: str) -> Answe
         pulleys = zip(machine.pulley, (drive.drive_pulley, drive.load_pulley), strict=True)
         wraps = {named.name: own.wrap_angle for named, own in pulleys if own.wrap_angle is not None}
         found = motion_margins(machine, motion.of_two_pulleys(), wraps=wraps)
-    data: dict[str, Any] = {**answer.data, "motion": _data(found)}
-    return replace(
-        answer,
-        data=data,
-        text="\n\n".join(
-            [
-                answer.text,
-                "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)]),
-                *(table_text(one) for one in margins_tables(found)),
-                "\n".join(f"Assumes: {words}." for words in found.assumptions),
-            ]
-        ),
-    )
+    parts = [answer.text, "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)])]
+    parts += [table_text(one) for one in margins_tables(found)]
+    parts.append("\n".join(f"Assumes: {words}." for words in found.assumptions))
+    return replace(answer, data={**answer.data, "motion": _data(found)}, text="\n\n".join(parts))
 
 
 NO_STRENGTH, NO_LIMIT = "no strength [N] in the file", "no limit in the file"

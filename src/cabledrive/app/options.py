@@ -5,7 +5,7 @@ import inspect
 import os
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -73,8 +73,8 @@ class Subcommand(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the arguments; a file both read and written is refused, even with ``--force``."""
         rest = super().parse_args(ctx, args)
-        given = [name for value in ctx.params.values() for name in _texts(value)]
-        read = {os.path.realpath(name) for name in given if "\0" not in name}
+        given = [one for own in ctx.params.values() for one in (own if isinstance(own, tuple) else (own,))]
+        read = {os.path.realpath(one) for one in given if isinstance(one, str) and "\0" not in one}
         for value in ctx.params.values():
             if isinstance(value, NewFile) and os.path.realpath(value.path) in read:
                 raise InputRefused(
@@ -95,11 +95,6 @@ class Subcommand(click.Command):
         for title, listed in self._names().items():
             with formatter.section(title):
                 formatter.write_text(", ".join(listed))
-
-
-def _texts(value: Any) -> Iterator[str]:
-    """Texts among the values of a parameter."""
-    return (text for text in (value if isinstance(value, tuple) else (value,)) if isinstance(text, str))
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg]
@@ -221,11 +216,8 @@ def axis_argument(function: Function, *, winches: bool = False, chainless: bool 
 
 def force_option(function: Function) -> Function:
     """Give a command the option ``--force``, which its `NewFileType` options obey."""
-
-    def _remember(ctx: click.Context, param: click.Parameter, value: bool) -> None:
-        ctx.meta[FORCE] = value
-
-    first: dict[str, Any] = {"is_eager": True, "expose_value": False, "callback": _remember}
+    first: dict[str, Any] = {"is_eager": True, "expose_value": False}
+    first["callback"] = lambda ctx, param, value: ctx.meta.update({FORCE: value})
     return click.option("--force", is_flag=True, **first, help="Replace files that exist.")(function)
 
 

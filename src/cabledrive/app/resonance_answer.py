@@ -63,13 +63,12 @@ def resonance_data(
         data["tuned_pretension_under_load"] = {
             span: known(value, "no pretension in reach tunes it") for span, value in found.split.items()
         }
-    data["pairs"] = [_pair(pair, own_pair(found.pairs, pair)) for pair in found.coupled]
+    data["pairs"] = []
+    for pair in found.coupled:  # of the pulley mode's 1:2 pairs also ratio and tuned pretension
+        own = own_pair(found.pairs, pair)
+        second = SECOND(pair) if pair.kind == SUM else {}
+        data["pairs"].append(PAIR(pair) | second | ({} if own is None else OWN(own)))
     return data | {"warnings": warnings_of_rest(drive), "remedies": [REMEDY(change) for change in changes]}
-
-
-def _pair(pair: CoupledPair, own: Pair | None) -> dict[str, Any]:
-    """A pair with its threshold; of the pulley mode's 1:2 pairs also ratio and tuned pretension."""
-    return PAIR(pair) | (SECOND(pair) if pair.kind == SUM else {}) | ({} if own is None else OWN(own))
 
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:

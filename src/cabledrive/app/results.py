@@ -147,7 +147,9 @@ def plain(value: Any) -> Any:
 
 def show(answer: Answer, *, as_json: bool) -> None:
     """Print an answer on standard output, and nothing else there. ``as_json``: whether a program reads it."""
-    text = json_text(answer) if as_json else _printable(answer.text.replace("\N{MINUS SIGN}", "-"))
+    text = json_text(answer) if as_json else answer.text.replace("\N{MINUS SIGN}", "-")
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    text = text.encode(encoding, errors="replace").decode(encoding)  # in the characters that it knows
     with watched_output():
         click.echo(text, color=colours())
 
@@ -166,12 +168,6 @@ def _plain_mapping(value: Mapping[str, Any]) -> dict[str, Any]:
 def _holds_none(value: Any) -> bool:
     """Whether a value is None, or a list with one in it."""
     return value is None or (isinstance(value, list) and any(map(_holds_none, value)))
-
-
-def _printable(text: str) -> str:
-    """The text in the characters that standard output knows."""
-    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
-    return text.encode(encoding, errors="replace").decode(encoding)
 
 
 PAGE, OBJECT = (".html", ".htm", ""), (".json", "")

@@ -29,6 +29,12 @@ KINDS: dict[str, Any] = {
 """Of a key that no result declares; a figure may be null, with its reason beside it. Keys stand behind their
 kind, "number: torque speed? text: motor", with "?" where one may be left out."""
 DECLARED = {"modes": MODES, "resonance": SUMMARY, "routes": ROUTE, "shaper": SHAPER, "sway": SWAY}
+SHARED = {
+    "run": "number: energy_budget_error step cfl wall_time count: steps note: stopped rows: slack_events",
+    "tracked": "text: controller plant observer count: seed texts: broken_assumptions object: gains motion "
+    "over_draws? number: rms_error_deg peak_error_deg theory_bound_deg peak_torque saturated_fraction "
+    "sample_rate internal_step flag: within_bound estimates_within_bounds",
+}
 ANSWERS = """
 camera       text: log count: rows frames object: channels number: frame_rate_hz scale texts: findings
 check        flag: valid text: drive_hash texts: warnings object: derived motion? rows: spans? pulleys?
@@ -60,11 +66,9 @@ sensitivity  text: output count: groups rows refused failed groups_left_out obje
 shaper       @shaper rows: peaks findings texts: logs note: recommended configuration object:
              recommended_shaper
 shaper       rows: axes object: belts
-simulate     number: energy_budget_error step cfl wall_time count: steps note: stopped rows: slack_events
-             object: load_angle drive_angle upper_midpoint? lower_midpoint? error_estimate number:
+simulate     @run object: load_angle drive_angle upper_midpoint? lower_midpoint? error_estimate number:
              least_tension flag: compiled note: interpreted
-simulate     number: energy_budget_error step cfl wall_time count: steps note: stopped rows: slack_events
-             object: coordinates rows: spans wraps number: largest_motion texts: assumptions warnings
+simulate     @run object: coordinates rows: spans wraps number: largest_motion texts: assumptions warnings
 study        text: verdict headline drive drive_hash study asked code sha256 texts: reasons remedies cautions
              number: reached_error_deg? reached_error_mm? share? confidence? rows: candidates findings?
              margins object: goals? stages? files axis?
@@ -72,24 +76,18 @@ sway         @sway texts: warnings assumptions
 sweep        count: rows done refused failed number: seconds setup_seconds text: engine store
 tolerance    rows: goals number: target yield yield_low yield_high count: rows held refused failed object:
              keys missed
-track        text: controller plant observer count: seed texts: broken_assumptions object: gains motion
-             over_draws? number: rms_error_deg peak_error_deg theory_bound_deg peak_torque
-             saturated_fraction sample_rate internal_step flag: within_bound estimates_within_bounds text:
-             motor motor_reason? text: friction slack_rule note: interpreted number: backlash
+track        @tracked text: motor motor_reason? friction slack_rule note: interpreted number: backlash
              first_pulse_error_deg later_pulses_error_deg encoder_error_deg slack_share delay bound_used
              printed_norm_bound_deg? rest_swing_deg? rest_swing_counts? numbers: encoder_phases flag:
              inside_tube? limit_cycle? count: slack_samples free_play_samples invalid_samples texts:
              feedback encoders departures rows: closed_loop_poles object: circumstances pair? axis?
              repeated? learnt? cable? robust_conditions? d_z?
-track        text: controller plant observer count: seed texts: broken_assumptions object: gains motion
-             over_draws? number: rms_error_deg peak_error_deg theory_bound_deg peak_torque
-             saturated_fraction sample_rate internal_step flag: within_bound estimates_within_bounds
-             number: peak_error_mm rms_error_mm least_tension least_allowed reshaped_fraction gust
+track        @tracked number: peak_error_mm rms_error_mm least_tension least_allowed reshaped_fraction gust
              least_damping position_bound_used flag: tension_kept position_within_bound texts:
              position_broken_assumptions assumptions reasons rows: lines motors object: error_mm
              position_bound_mm
 """
-"""The objects that each command answers, with "@" before the keys that a result declares."""
+"""The objects that each command answers, with "@" before keys that a result declares or objects share."""
 BY_COMMAND: dict[str, list[str]] = {}
 for _name, _words in re.findall(r"^(\w+) +(.*(?:\n .*)*)", ANSWERS, re.M):
     BY_COMMAND.setdefault(_name, []).append(_words)
@@ -117,7 +115,9 @@ def _said(words: str) -> Iterator[tuple[str, Any, bool]]:
     """Key, kind, whether it may be left out."""
     kind = ""
     for word in words.split():
-        if word.startswith("@"):
+        if word[1:] in SHARED:
+            yield from _said(SHARED[word[1:]])
+        elif word.startswith("@"):
             yield from _declared(DECLARED[word[1:]])
         elif word.endswith(":"):
             kind = word[:-1]

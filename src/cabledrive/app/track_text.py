@@ -5,20 +5,23 @@ from typing import Any
 
 from cabledrive.parameters import Drive
 
+HEAD = """\
+{title}: {controller} on {plant}, {observer}
+
+  peak error      {peak_error_deg:9.4f} deg
+   by {encoder} encoder{encoder_error_deg:{width}.4f} deg
+  rms error       {rms_error_deg:9.4f} deg
+  peak torque     {peak_torque:9.4f} N m
+  at its limit    {limited:9.1f} % of the samples"""
+
 
 def track_text(drive: Drive, said: dict[str, Any]) -> str:
     """The text; ``said``: what `cabledrive track --json` prints."""
-    lines = [
-        f"{drive.title or drive.name}: {said['controller']} on {said['plant']}, {said['observer']}",
-        "",
-        f"  peak error      {said['peak_error_deg']:9.4f} deg",
-        f"   by {'its' if 'load' in said['encoders'] else 'motor'} encoder"
-        f"{said['encoder_error_deg']:{10 if 'load' in said['encoders'] else 8}.4f} deg",
-        f"  rms error       {said['rms_error_deg']:9.4f} deg",
-        f"  peak torque     {said['peak_torque']:9.4f} N m",
-        f"  at its limit    {100 * said['saturated_fraction']:9.1f} % of the samples",
-    ]
-    if "load" not in said["encoders"]:
+    seen = "load" in said["encoders"]
+    shown = said | {"title": drive.title or drive.name, "limited": 100 * said["saturated_fraction"]}
+    encoder = {"encoder": "its", "width": 10} if seen else {"encoder": "motor", "width": 8}
+    lines = [HEAD.format(**shown, **encoder)]
+    if not seen:
         lines.append("  no encoder at the load: errors are of the simulated load, which no sensor shows")
     if "axis" in said:
         lines += axis_lines(said["axis"])
@@ -77,15 +80,14 @@ def _pair(said: dict[str, Any]) -> list[str]:
     pair = said.get("pair")
     if pair is None:
         return lines
-    first, second = pair["least_flank_torque"]
+    least, most = (
+        " and ".join(f"{value:.4g}" for value in pair[key])
+        for key in ("least_flank_torque", "motor_peak_torque")
+    )
     lines.append(f"  pair of motors  preloaded by {pair['preload']:.4g} N m")
-    lines.append(f"   least flanks   {first:.4g} and {second:.4g} N m")
-    peaks = " and ".join(f"{value:.4g}" for value in pair["motor_peak_torque"])
-    lines.append(f"   each at most   {peaks} N m")
-    if "reason" in pair:
-        lines.append(f"   {pair['reason']}")
-    lines.append("   as long as")
-    return lines + [f"    {words}" for words in pair["assumptions"]]
+    lines += [f"   least flanks   {least} N m", f"   each at most   {most} N m"]
+    lines += [f"   {pair['reason']}"] if "reason" in pair else []
+    return [*lines, "   as long as", *(f"    {words}" for words in pair["assumptions"])]
 
 
 def axis_lines(axis: dict[str, Any]) -> list[str]:
@@ -101,20 +103,16 @@ def axis_lines(axis: dict[str, Any]) -> list[str]:
         lines.append(f"   left out       {axis['sag']}")
     if "peak_error_mm" in axis:
         lines.append(f"   peak error     {axis['peak_error_mm']:9.4f} mm")
-    if axis["cross_motion"]:
-        lines += _cross_motion(axis)
-    return lines
-
-
-def _cross_motion(axis: dict[str, Any]) -> list[str]:
-    """What the other axis does along the run, its motors free or held, and how far it moves the load."""
-    found = axis["cross_motion"]
+    found = axis["cross_motion"]  # of the other axis, its motors free or held, and of the load by it
+    if not found:
+        return lines
     moved, off = (
         f"{scale * max(found[name]):.2g} {unit}"
         for name, of in (("motion", axis["other"]), ("load", axis["load"]))
         for scale, unit in [(1e3, "mm") if of.endswith((".x", ".y", "along")) else (180.0 / pi, "deg")]
     )
     return [
+        *lines,
         f"   coupling       {100 * axis['coupling']:9.2g} %   along this run {axis['other']} moves by up to "
         f"{moved},",
         f"   its motors free or held, which adds up to {off} to the error of {axis['load']}",

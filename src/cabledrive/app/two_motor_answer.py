@@ -66,46 +66,41 @@ def move_of(words: str) -> tuple[str, float]:
     return name.strip(), to_si(value, "m")
 
 
+HEAD = """\
+{title}: {controller} on {plant}
+
+  motion          {way} in {motion[rise]:.4g} s and back
+  peak error      {peak_error_mm:9.3f} mm
+  rms error       {rms_error_mm:9.3f} mm"""
+LINE = (
+    "  {name:<15} {least:>9} to {largest_tension:.1f} N, allowed from {least_allowed:.1f} N, at rest "
+    "{at_rest:.1f} N"
+)
+MOTOR = "  {name:<15} {peak_torque:9.2f} N m at most, limit {torque_limit:.4g} N m"
+DRAWS = """\
+  over {draws} draws   tension kept in {kept} (of all at least {low:.1f} %), least {least_tension:.1f} N
+    peak error {median} median, {worst} worst
+    bound of the position left by {position_bound_left}
+    drawn: {drawn}"""
+
+
 def _text(drive: RoutedDrive, said: dict[str, Any]) -> str:
     way = ", ".join(f"{name} {value:+.4g} m" for name, value in said["motion"]["way"].items())
-    lines = [
-        f"{drive.title or drive.name}: {said['controller']} on {said['plant']}",
-        "",
-        f"  motion          {way} in {said['motion']['rise']:.4g} s and back",
-        f"  peak error      {said['peak_error_mm']:9.3f} mm",
-        f"  rms error       {said['rms_error_mm']:9.3f} mm",
-    ]
-    for name, bound in said["position_bound_mm"].items():
-        lines.append(f"  bound {name:<9} {bound:9.3f} mm")
+    lines = [HEAD.format(**said, title=drive.title or drive.name, way=way)]
+    lines += [f"  bound {name:<9} {bound:9.3f} mm" for name, bound in said["position_bound_mm"].items()]
     lines.append(f"   used           {said['position_bound_used']:9.2f}")
     if said["position_broken_assumptions"]:
         lines.append("   its assumptions do not hold: " + "; ".join(said["position_broken_assumptions"]))
     for line in said["lines"]:
         least = "-" if line["least_tension"] is None else f"{line['least_tension']:.1f}"
-        lines.append(
-            f"  {line['name']:<15} {least:>9} to {line['largest_tension']:.1f} N, allowed from "
-            f"{line['least_allowed']:.1f} N, at rest {line['at_rest']:.1f} N"
-        )
-        lines += [f"    {span}" for span in line["spans"]]
-    for motor in said["motors"]:
-        lines.append(
-            f"  {motor['name']:<15} {motor['peak_torque']:9.2f} N m at most, "
-            f"limit {motor['torque_limit']:.4g} N m"
-        )
+        lines += [LINE.format(**line, least=least), *(f"    {span}" for span in line["spans"])]
+    lines += [MOTOR.format(**motor) for motor in said["motors"]]
     lines.append(f"  least damping   {said['least_damping']:9.2f} of the poles of the loop along the way")
     lines.append(f"  tension promised for gusts of up to {said['gust']:.4g} N, as long as")
     lines += [f"    {words}" for words in said["assumptions"]]
     lines += [f"  {words}" for words in said["reasons"]]
-    if "over_draws" in said:
-        over = said["over_draws"]
+    if over := said.get("over_draws"):
         errors = (over[f"{name}_peak_error_mm"] for name in ("median", "worst"))
         median, worst = ("none" if error is None else f"{error:.2f} mm" for error in errors)
-        lines += [
-            f"  over {over['draws']} draws   tension kept in {over['kept']} "
-            f"(of all at least {100 * over['share_low']:.1f} %), "
-            f"least {over['least_tension']:.1f} N",
-            f"    peak error {median} median, {worst} worst",
-            f"    bound of the position left by {over['position_bound_left']}",
-            f"    drawn: {over['drawn']}",
-        ]
+        lines.append(DRAWS.format(**over, low=100 * over["share_low"], median=median, worst=worst))
     return "\n".join(lines)

@@ -42,7 +42,14 @@ def command(
     ),
 ) -> Answer:
     """Validate DRIVE; print derived quantities and warnings; with --motion the margins along it."""
-    answer = _checked_route(drive) if isinstance(drive, RoutedDrive) else _checked_loop(drive)
+    if isinstance(drive, RoutedDrive):
+        answer = _checked_route(drive)
+    else:
+        from cabledrive.report.machine.data import derived_table
+
+        derived = derived_with_lowest(drive)
+        sheet = table_text(derived_table(derived))
+        answer = _answer(drive, {"derived": derived}, [sheet], drive_warnings(drive))
     if motion_file is not None:
         from cabledrive.app.motion_answers import with_margins
 
@@ -52,13 +59,6 @@ def command(
 
         plot.write(machine_drawing(drive, plot.path.suffix[1:]))
     return answer
-
-
-def _checked_loop(drive: Drive) -> Answer:
-    from cabledrive.report.machine.data import derived_table
-
-    derived = derived_with_lowest(drive)
-    return _answer(drive, {"derived": derived}, [table_text(derived_table(derived))], drive_warnings(drive))
 
 
 def _checked_route(drive: RoutedDrive) -> Answer:

@@ -7,11 +7,13 @@ from typing import Any
 
 import click
 
+from cabledrive.app import finished_study as kept_folder
 from cabledrive.app.failures import note
-from cabledrive.app.finished_study import REPORT, RESULTS, STAGES, asked_hash, check_folder, finished
+from cabledrive.app.finished_study import REPORT, RESULTS, STAGES
 from cabledrive.app.options import ANGLE, axis_argument, force_option, option, pulse_options, subcommand
 from cabledrive.app.results import FORCE, Answer, plain, provenance
 from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters.files import with_own_hash, write_whole
 
 METHOD = "Monte Carlo on lumped plants with drawn disturbances, one tuning procedure for all laws"
 
@@ -41,20 +43,19 @@ def command(
     from cabledrive.rig import Motion
     from cabledrive.studies.controller_comparison import compare
 
-    if not output:
-        raise InputRefused("--output names no folder: give one, or . for this one")
-    folder = Path(output)
     force = bool(click.get_current_context().meta.get(FORCE))
-    check_folder(folder, force=force)
-    asked = _asked(drive, controllers, disturbances, spec)
-    before = finished(folder)
+    folder = kept_folder.folder_of(output)
+    kept_folder.check_folder(folder, force=force)
+    words = [kept_folder.asked_hash(drive, [disturbances]), controllers, spec]
+    asked = hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
+    before = kept_folder.finished(folder)
     if before is not None and before.get("asked") != asked and not force:
         raise InputRefused(f"{folder}: holds other results: choose another folder, or add --force")
     motion = Motion(**{name: spec[name] for name in ("angle", "rise", "dwell", "pulses")})
     if controllers is not None and spec["every_law"]:
         raise InputRefused("--all compares every law: leave --controllers out")
     names = None if controllers is None else [one.strip() for one in controllers.split(",") if one.strip()]
-    try:
+    with kept_folder.kept_if_interrupted(folder):
         found = compare(
             drive,
             controllers=names,
@@ -64,29 +65,12 @@ def command(
             folder=folder / STAGES,
             note=note,
         )
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(
-            f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
-        ) from None
-    about = provenance(drive, method=METHOD, seed=spec["seed"])
-    _write(
-        folder, comparison_html(drive, found), plain(found.summary) | {"provenance": about, "asked": asked}
-    )
-    return Answer(data=found.summary, text=_text(found.summary, folder), provenance=about)
-
-
-def _asked(drive: Drive, controllers: str | None, disturbances: str | None, spec: dict[str, Any]) -> str:
-    words = [asked_hash(drive, [disturbances]), controllers, spec]
-    return hashlib.sha256(json.dumps(words, sort_keys=True).encode()).hexdigest()
-
-
-def _write(folder: Path, page: str, data: dict[str, Any]) -> None:
-    """Page, then results with its hash: they stand for a finished comparison."""
-    from cabledrive.parameters.files import with_own_hash, write_whole
-
+    about, page = provenance(drive, method=METHOD, seed=spec["seed"]), comparison_html(drive, found)
     write_whole(folder / REPORT, page, force=True)
-    data = with_own_hash(data | {"files": {REPORT: hashlib.sha256(page.encode()).hexdigest()}})
-    write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
+    kept = plain(found.summary) | {"provenance": about, "asked": asked}
+    kept = with_own_hash(kept | {"files": {REPORT: hashlib.sha256(page.encode()).hexdigest()}})
+    write_whole(folder / RESULTS, json.dumps(kept, indent=1, allow_nan=False) + "\n", force=True)
+    return Answer(data=found.summary, text=_text(found.summary, folder), provenance=about)
 
 
 def _text(said: dict[str, Any], folder: Path) -> str:

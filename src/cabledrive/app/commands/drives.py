@@ -23,7 +23,20 @@ def command(
         content = "the list is a JSON object" if name is None else "a drive file is TOML"
         raise InputRefused(f"{output.path}: ends in {wrong}, but {content}: rename it")
     if name is None:
-        answer = _list()
+        drives = {own: load_drive(own) for own in packaged_drives()}
+        rows = [
+            {
+                "name": own,
+                "title": drive.title,
+                "source": drive.source.strip(),
+                "kind": drive.kind,
+                "drive_hash": content_hash(drive),
+            }
+            for own, drive in drives.items()
+        ]
+        width = max(map(len, drives))
+        lines = (f"{own:<{width}}  {drive.kind:<5}  {drive.title}" for own, drive in drives.items())
+        answer = Answer(data={"drives": rows}, text="\n".join(lines), provenance=provenance())
         if output is not None:
             output.write(json_text(answer) + "\n")
         return answer
@@ -35,21 +48,3 @@ def command(
     return Answer(
         data=row, text="" if output is not None else text.rstrip("\n"), provenance=provenance(drive)
     )
-
-
-def _list() -> Answer:
-    """All packaged drives, a line each."""
-    drives = {name: load_drive(name) for name in packaged_drives()}
-    rows = [
-        {
-            "name": name,
-            "title": drive.title,
-            "source": drive.source.strip(),
-            "kind": drive.kind,
-            "drive_hash": content_hash(drive),
-        }
-        for name, drive in drives.items()
-    ]
-    width = max(map(len, drives))
-    text = "\n".join(f"{name:<{width}}  {drive.kind:<5}  {drive.title}" for name, drive in drives.items())
-    return Answer(data={"drives": rows}, text=text, provenance=provenance())

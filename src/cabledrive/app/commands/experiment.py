@@ -9,6 +9,7 @@ from cabledrive.app.options import axis_argument, force_option, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, known, provenance
 from cabledrive.parameters import Drive, InputRefused
 
+PEAKS = "peaks: {torque:.4g} N m, {speed:.4g} rad/s, stroke {stroke:.4g} rad"
 METHOD = (
     "multi-inertia model with set-valued friction, Runge-Kutta of order 4 with velocity reversals located; "
     "sampled instruments"
@@ -43,22 +44,17 @@ def command(
         raise InputRefused("no log to write: name it with -o LOG.csv, or ask for --plan")
     log = experiment(drive, chosen, model=model, seed=seed)
     output.write(log_csv(log))
-    return Answer(
-        data={
-            "log": str(output.path),
-            "rows": len(log),
-            "sample_rate_hz": log.sample_rate,
-            "channels": {name: log.units[name] for name in log.channels},
-            **motor_words(drive),
-        },
-        text="\n".join(
-            [
-                f"{len(log)} rows at {log.sample_rate:g} Hz: {', '.join(log.channels)}",
-                *[words for key, words in motor_words(drive).items() if key == "motor_reason"],
-            ]
-        ),
-        provenance=provenance(drive, method=METHOD, step=log.interval / 4, seed=seed),
-    )
+    motor = motor_words(drive)
+    data = {
+        "log": str(output.path),
+        "rows": len(log),
+        "sample_rate_hz": log.sample_rate,
+        "channels": {name: log.units[name] for name in log.channels},
+    }
+    text = f"{len(log)} rows at {log.sample_rate:g} Hz: {', '.join(log.channels)}"
+    text += f"\n{motor['motor_reason']}" if "motor_reason" in motor else ""
+    about = provenance(drive, method=METHOD, step=log.interval / 4, seed=seed)
+    return Answer(data=data | motor, text=text, provenance=about)
 
 
 def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | None, seed: int) -> Answer:
@@ -72,15 +68,9 @@ def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | N
         f"{name}: standard error " + ("not identifiable" if value is None else f"{100 * value:.3g} %")
         for name, value in errors.items()
     ]
-    peaks = found["peaks"]
-    lines.append(
-        f"peaks: {peaks['torque']:.4g} N m, {peaks['speed']:.4g} rad/s, stroke {peaks['stroke']:.4g} rad"
-    )
-    if found["amplitude_factor"] is not None:
-        lines.append(
-            f"the torque can be raised by a factor of {found['amplitude_factor']:.3g} before a "
-            "limit is reached"
-        )
+    lines.append(PEAKS.format(**found["peaks"]))
+    if (factor := found["amplitude_factor"]) is not None:
+        lines.append(f"the torque can be raised by a factor of {factor:.3g} before a limit is reached")
     lines += [f"warning: {warning}" for warning in found["warnings"]]
     found["relative_standard_error"] = {
         name: known(value, "not identifiable from this test") for name, value in errors.items()

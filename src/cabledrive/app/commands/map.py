@@ -3,7 +3,6 @@
 import os
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,11 +12,6 @@ from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from cabledrive.studies.excitation_orders import Campbell
 
 METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
 WORKERS = 2
@@ -75,28 +69,18 @@ def command(
         reach = stated.range if speed is None and stated is not None else speed_range(speed or "")
         excited = excitation(Grid(drive, vary, motor, hold, workers), asked, reach, margin=margin)
     data, text = map_answer(drive, found, excited)
-    for file, content in ((output, _netcdf), (plot, _drawn), (page, _page)):
-        if file is not None:
-            file.write(content(drive, found, file.path, excited))
+    if output is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "map.nc"
+            found.to_netcdf(file, engine="h5netcdf")
+            output.write(file.read_bytes())
+    if plot is not None:
+        from cabledrive.report.mode_figure import campbell_drawing, map_drawing
+
+        form = plot.path.suffix[1:]
+        plot.write(map_drawing(found, form) if excited is None else campbell_drawing(excited, form))
+    if page is not None:
+        from cabledrive.report.map_page import map_html
+
+        page.write(map_html(drive, found, excited))
     return Answer(data=data, text=text, provenance=provenance(drive, method=METHOD))
-
-
-def _netcdf(drive: Any, found: "xr.Dataset", path: Path, excited: "Campbell | None") -> bytes:
-    """The map as the content of a NetCDF file."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "map.nc"
-        found.to_netcdf(file, engine="h5netcdf")
-        return file.read_bytes()
-
-
-def _drawn(drive: Any, found: "xr.Dataset", path: Path, excited: "Campbell | None") -> bytes:
-    from cabledrive.report.mode_figure import campbell_drawing, map_drawing
-
-    form = path.suffix[1:]
-    return map_drawing(found, form) if excited is None else campbell_drawing(excited, form)
-
-
-def _page(drive: Any, found: "xr.Dataset", path: Path, excited: "Campbell | None") -> str:
-    from cabledrive.report.map_page import map_html
-
-    return map_html(drive, found, excited)

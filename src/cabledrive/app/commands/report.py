@@ -30,8 +30,14 @@ def command(
     A store of a sweep, STORE.zarr, in place of DRIVE: yield, drivers of failure, scatter, worst machines.
     """
     if any((Path(name) / "zarr.json").is_file() for name in drives):
+        from cabledrive.campaign.page import campaign_page
+
         refuse_given("links", why="is for the page of drives: leave it out")
-        return _campaign(drives, goals, output)
+        if len(drives) > 1:
+            raise InputRefused(f"{drives[1]}: a page is about one campaign: name one store")
+        output.write(campaign_page(drives[0], goals))
+        data = {"report": str(output.path), "store": drives[0]}
+        return Answer(data=data, text=f"written to {output.path}", provenance=provenance())
     refuse_given("goals", why="is for the store of a sweep: name one, or leave it out")
     names = drives or sorted(packaged_drives(), key=lambda name: name.startswith("dissertation"))
     loaded = [load_drive(name) for name in names]
@@ -41,18 +47,4 @@ def command(
     rows = [{"name": drive.name, "drive_hash": content_hash(drive)} for drive in loaded]
     return Answer(
         data={"report": str(path), "drives": rows}, text=f"written to {path}", provenance=provenance()
-    )
-
-
-def _campaign(stores: tuple[str, ...], goals: tuple[str, ...], output: NewFile) -> Answer:
-    """The page of a campaign."""
-    from cabledrive.campaign.page import campaign_page
-
-    if len(stores) > 1:
-        raise InputRefused(f"{stores[1]}: a page is about one campaign: name one store")
-    output.write(campaign_page(stores[0], goals))
-    return Answer(
-        data={"report": str(output.path), "store": stores[0]},
-        text=f"written to {output.path}",
-        provenance=provenance(),
     )

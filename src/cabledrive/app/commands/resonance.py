@@ -59,7 +59,10 @@ def command(
     if isinstance(drive, RoutedDrive):
         from cabledrive.app.motion_answers import route_resonance_answer
 
-        _refuse_for_routes(motion_file)
+        why = 'supports drives of kind "loop" or "line" only: leave it out'
+        refuse_given("load_torque", "with_branches", "map_file", why=why)
+        if motion_file is None:
+            refuse_given("floor", "limit", why=ALONE)
         return route_resonance_answer(drive, torque, motion_file, floor, limit)
     import numpy as np
 
@@ -118,11 +121,3 @@ def command(
         incomplete=incomplete,
         provenance=provenance(drive, method=METHOD, tolerances={"build_up": BUILD_UP}),
     )
-
-
-def _refuse_for_routes(motion_file: str | None) -> None:
-    """Options that a machine with routes cannot answer."""
-    why = 'supports drives of kind "loop" or "line" only: leave it out'
-    refuse_given("load_torque", "with_branches", "map_file", why=why)
-    if motion_file is None:
-        refuse_given("floor", "limit", why=ALONE)

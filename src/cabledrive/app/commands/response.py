@@ -9,7 +9,6 @@ from cabledrive.app.combinations import HOW_READ, Chooser, refuse_given, refuse_
 from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
-from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route import RoutedDrive
 
 LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
@@ -74,19 +73,14 @@ def command(
     )
     fitted, words = _amplifier(read, source, target, segment) if amplifier else ({}, "")
     said, warnings = coherence_words(found, read.channel(source), read.interval)
+    blows = [{"start": b.start, "end": b.end, "reason": b.reason} for b in found.blows]
+    about = {"left_out": blows, "input": input_, "output": column, "warnings": warnings}
+    text = f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} averages"
+    text += f"\n{said}"
+    text += "".join(f"\nexcluded, {b.start:.4g} to {b.end:.4g} s: {b.reason}" for b in found.blows)
     return Answer(
-        data=_lines_of(found)
-        | {
-            "left_out": [{"start": b.start, "end": b.end, "reason": b.reason} for b in found.blows],
-            "input": input_,
-            "output": column,
-            "warnings": warnings,
-        }
-        | fitted,
-        text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} averages"
-        + f"\n{said}"
-        + "".join(f"\nexcluded, {b.start:.4g} to {b.end:.4g} s: {b.reason}" for b in found.blows)
-        + words,
+        data=_lines_of(found) | about | fitted,
+        text=text + words,
         provenance=provenance(method=f"{estimator}, Hann windows of {segment:g} s"),
     )
 
@@ -159,7 +153,10 @@ def response_of_machine(
     top = 3.0 * float(natural_frequencies(drive, count=1)[0]) if below is None else below
     frequency = top * np.geomspace(_FIRST, 1.0, LINES)
     found = machine_response(drive, frequency, force_on, motion_of)
-    still = _is_zero(drive, frequency, force_on, motion_of, found)
+    # Round-off beside what each of both coordinates moves under its own force?
+    ends = (force_on, motion_of) if force_on != motion_of else ()
+    own = [np.abs(machine_response(drive, frequency, name, name)) for name in ends]
+    still = bool(own) and bool((np.abs(found) <= ROUND_OFF * np.sqrt(own[0] * own[1])).all())
     if speed:
         found = 2j * np.pi * frequency * found
     sag = straight_limit(network_of(drive), 2 * np.pi * top)
@@ -183,13 +180,3 @@ def response_of_machine(
     text = f"{drive.name}: {what} of {motion_of} per force on {force_on}, {LINES} lines up to {top:.4g} Hz"
     text += "".join(f"\nwarning: {words}" for words in data["warnings"])
     return Answer(data=data, text=text, provenance=provenance(drive, method="exact waves on every span"))
-
-
-def _is_zero(drive: RoutedDrive, frequency: Array, force_on: str, motion_of: str, found: Complex) -> bool:
-    """Whether a motion is round-off beside what each of both coordinates moves under its own force."""
-    from cabledrive.mechanics.network import machine_response
-
-    if force_on == motion_of:
-        return False
-    own = [np.abs(machine_response(drive, frequency, name, name)) for name in (force_on, motion_of)]
-    return bool((np.abs(found) <= ROUND_OFF * np.sqrt(own[0] * own[1])).all())

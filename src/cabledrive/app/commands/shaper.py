@@ -46,21 +46,15 @@ def command(
     if page is not None:
         if axis is not None or plot is not None:
             raise InputRefused("--page sorts the logs by their names: leave --axis and --plot out")
-        whole = printer(logs, **design)
-        page.write(printer_html(whole, None if machine is None else routed(load_drive(machine))))
-        return Answer(
-            data=printer_data(whole), text=printer_text(whole), provenance=provenance(method=METHOD)
-        )
+        whole, drive = printer(logs, **design), None if machine is None else load_drive(machine)
+        if drive is not None and not isinstance(drive, RoutedDrive):
+            raise InputRefused('--machine: peaks stand beside a machine of kind "route", such as corexy')
+        page.write(printer_html(whole, drive))
+        about = provenance(method=METHOD)
+        return Answer(data=printer_data(whole), text=printer_text(whole), provenance=about)
     if machine is not None:
         raise InputRefused("--machine is for --page: add it, or leave --machine out")
     found = shaper(logs, axis=axis, **design)  # type: ignore[arg-type]
     if plot is not None:
         plot.write(shaper_picture(found, plot.path.suffix[1:]))
     return Answer(data=shaper_data(found), text=shaper_text(found), provenance=provenance(method=METHOD))
-
-
-def routed(drive: object) -> RoutedDrive:
-    """A machine with routes, whose coordinates have names; refused if it is another."""
-    if not isinstance(drive, RoutedDrive):
-        raise InputRefused('--machine: peaks stand beside a machine of kind "route", such as corexy')
-    return drive

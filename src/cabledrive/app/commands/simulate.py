@@ -104,10 +104,7 @@ def command(
     if animate is not None:
         options["fields"] = fields_to_animate(machine, options)
     torque = _torque(options["torque_amplitude"], options["torque_frequency"])
-    kept: dict[str, Any] = {
-        "output": None if output is None else output.path,
-        "force": output is not None and output.force,
-    }
+    kept: dict[str, Any] = {} if output is None else {"output": output.path, "force": output.force}
     result: Any
     if options["model"] == "fast":
         from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
@@ -122,6 +119,11 @@ def command(
             **kept,
         )
     else:
+        own: dict[str, Any] = {"torque": torque, "error_estimate": options["error_estimate"]}
+        if isinstance(drive, RoutedDrive):
+            own = _of_route(drive, torque, options)
+        else:
+            own |= {"start": _start(options), "scheme": _scheme(options, options["segments"])}
         result = simulate(
             drive,
             options["duration"],
@@ -129,11 +131,7 @@ def command(
             resume=options["resume"],
             progress=False if click.get_current_context().meta.get(QUIET) else None,
             **kept,
-            **(
-                _of_route(drive, torque, options)
-                if isinstance(drive, RoutedDrive)
-                else _of_loop(torque, options)
-            ),
+            **own,
         )
     if result.path is not None:
         note(f"written to {result.path}")
@@ -146,45 +144,26 @@ def command(
     )
 
 
-def _of_loop(torque: Signal, options: dict[str, Any]) -> dict[str, Any]:
-    """What a run of a loop or a line takes of its own."""
-    return {
-        "torque": torque,
-        "start": _start(options),
-        "scheme": _scheme(options, options["segments"]),
-        "error_estimate": options["error_estimate"],
-    }
-
-
 def _of_route(drive: RoutedDrive, torque: Signal, options: dict[str, Any]) -> dict[str, Any]:
     """What a run of a machine with routes takes of its own."""
     names = [drive.pulley[number].name for number in drive.driven] or [p.name for p in drive.pulley[:1]]
     on = options["torque_on"] or (names[0] if names else None)
-    travels = bool(options["moves"]) or options["travel"]
+    travel: PlannedMove | bool = options["travel"]
     if not options["moves"]:
         refuse_given("rise", why="is that of a move: add --move NAME=M, or leave it out")
-    segments = SEGMENTS if travels and not was_given("segments") else options["segments"]
+    else:
+        turn = "does not go with --move, for which the motors turn as the move asks: leave it out"
+        refuse_given("torque_amplitude", "torque_frequency", "torque_on", why=turn)
+        if options["rise"] is None:
+            raise InputRefused("--move needs --rise, the time that it takes: add --rise 10s")
+        travel = PlannedMove(moves=dict(map(move_of, options["moves"])), rise=options["rise"])
+    segments = SEGMENTS if travel and not was_given("segments") else options["segments"]
     return {
-        "travel": (_planned(options) or True) if travels else False,
+        "travel": travel,
         "torque": {} if on is None else {on: torque},
         "start": NetworkStart(plucks=plucks_of(options["pluck"], options["pluck_shape"])),
         "scheme": _scheme(options, segments),
     }
-
-
-def _planned(options: dict[str, Any]) -> PlannedMove | None:
-    """The move of the bodies; None where torques are given."""
-    if not options["moves"]:
-        return None
-    refuse_given(
-        "torque_amplitude",
-        "torque_frequency",
-        "torque_on",
-        why="does not go with --move, for which the motors turn as the move asks: leave it out",
-    )
-    if options["rise"] is None:
-        raise InputRefused("--move needs --rise, the time that it takes: add --rise 10s")
-    return PlannedMove(moves=dict(map(move_of, options["moves"])), rise=options["rise"])
 
 
 def _torque(amplitude: float | None, frequency: float | None) -> Signal:

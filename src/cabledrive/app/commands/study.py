@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cabledrive.app.failures import note
-from cabledrive.app.finished_study import STAGES, asked_hash, check_folder, code_hash, finished
+from cabledrive.app.finished_study import (
+    STAGES,
+    asked_hash,
+    check_folder,
+    code_hash,
+    finished,
+    folder_of,
+    kept_if_interrupted,
+)
 from cabledrive.app.options import axis_argument, opt, subcommand
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
@@ -47,27 +55,20 @@ def command(
     DIR receives report.html, results.json, drive.toml (as identified), controller.json (the law in numbers)
     and the finished stages; a changed input redoes only the stages that depend on it.
     """
-    if not output:
-        raise InputRefused("--output names no folder: give one, or . for this one")
-    folder = Path(output)
+    folder = folder_of(output)
     asked = asked_hash(drive, [goals, *logs], (quick, every_law))
     before = None if force else _finished_before(folder, asked)
     if before is not None:
         return _answer(before, folder)
     check_folder(folder, force=force)
-    try:
-        with one_process(folder / STAGES):
-            before = None if force else _finished_before(folder, asked)  # by another process meanwhile
-            if before is not None:
-                data = before
-            elif isinstance(drive, RoutedDrive):
-                data = _without_chain(drive, no_chain or "", len(logs), folder, asked)
-            else:
-                data = _studied(drive, logs, _goals(goals, quick, every_law), folder, asked)
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(
-            f"what is finished is kept in {folder / STAGES}; to go on, give the same command again"
-        ) from None
+    with kept_if_interrupted(folder), one_process(folder / STAGES):
+        before = None if force else _finished_before(folder, asked)  # by another process meanwhile
+        if before is not None:
+            data = before
+        elif isinstance(drive, RoutedDrive):
+            data = _without_chain(drive, no_chain or "", len(logs), folder, asked)
+        else:
+            data = _studied(drive, logs, _goals(goals, quick, every_law), folder, asked)
     return _answer(data, folder)
 
 
