@@ -96,24 +96,19 @@ def route_resonance_answer(
         ROUTE_PAIR(pair) | ({"second_transverse_hz": pair.transverse_hz[1]} if pair.kind == SUM else {})
         for pair in found.pairs
     ]
-    text = _text(drive, found)
+    pairs = pairs_table(found, LISTED)
+    none = "No pair lies within 10 % (1:2) or 5 % (sum) of resonance."
+    head = (drive.title or drive.name, "", f"verdict: {found.verdict}", *indented(found.reasons))
+    motor = f"Motor {found.motor}; nearest is the first transverse mode of {found.nearest_span}."
+    left_out = (words[0].upper() + words[1:] + "." for words in found.left_out)
+    parts = ("\n".join(head), table_text(figures_table(found, "")), motor)
+    text = "\n\n".join((*parts, none if pairs is None else table_text(pairs), *left_out))
     if judged is not None:
         near = [PASSAGE(one) for one in judged.passages[:MOST_PASSAGES]]
         data["motion"] = ALARM(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
         passages = (_passage_line(one) for one in judged.passages[:LISTED_PASSAGES])
         text = "\n".join([text, "", alarm_text(judged), *passages])
     return Answer(data=data, text=text, provenance=provenance(drive, method=METHOD))
-
-
-def _text(drive: RoutedDrive, found: RouteResonance) -> str:
-    pairs = pairs_table(found, LISTED)
-    none = "No pair lies within 10 % (1:2) or 5 % (sum) of resonance."
-    head = (drive.title or drive.name, "", f"verdict: {found.verdict}", *indented(found.reasons))
-    motor = f"Motor {found.motor}; nearest is the first transverse mode of {found.nearest_span}."
-    left_out = (words[0].upper() + words[1:] + "." for words in found.left_out)
-    figures_ = table_text(figures_table(found, ""))
-    parts = ("\n".join(head), figures_, motor, none if pairs is None else table_text(pairs), *left_out)
-    return "\n\n".join(parts)
 
 
 def _passage_line(one: Passage) -> str:

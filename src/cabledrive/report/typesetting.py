@@ -101,7 +101,7 @@ def typeset(html: str) -> str:
 
 def typeset_words(words: str) -> str:
     """Set words that hold no tags. Returns "3.3 × 10⁻⁵ kg m²" for "3.3e-05 kg m^2"."""
-    words = _EXPONENT.sub(_scientific, words)
+    words = _EXPONENT.sub(lambda m: number(float(m[0]), sum(map(str.isdigit, m[1]))), words)
     words = _POWER.sub(lambda m: m[1].translate(_RAISED), words)
     words = words.replace("+-", "±")
     words = _MINUS.sub("−", words)
@@ -114,10 +114,6 @@ def capital(words: str) -> str:
     """A capital at the beginning, but not of a key such as motor.torque_limit."""
     first = words.partition(" ")[0]
     return words if "." in first or "_" in first else words[:1].upper() + words[1:]
-
-
-def _scientific(found: re.Match[str]) -> str:
-    return number(float(found[0]), sum(letter.isdigit() for letter in found[1]))
 
 
 def _symbol(found: re.Match[str]) -> str:

@@ -57,10 +57,7 @@ class Library:
             return packaged_text(drive)
         if drive == EMPTY:
             return EMPTY_TEXT
-        path = self._path(drive)
-        if path is None:
-            raise InputRefused(f'"{drive[:60]}" is no drive of this studio: open one from the list')
-        return path.read_text(encoding="utf-8")
+        return self._path(drive).read_text(encoding="utf-8")
 
     def keep(self, text: str, name: str, given: str | None = None) -> str:
         """Keep a text, a person's ``given``, under a name by drive and content; refused if too long."""
@@ -81,10 +78,7 @@ class Library:
             return drive
         if drive == EMPTY:
             drive = self.keep(EMPTY_TEXT, EMPTY)
-        path = self._path(drive)
-        if path is None:
-            raise InputRefused(f'"{drive[:60]}" is no drive of this studio: open one from the list')
-        return str(path)
+        return str(self._path(drive))
 
     def shown_source(self, drive: str) -> str:
         """As `source`; the path by which a person knows the drive, where the same text still stands there."""
@@ -100,10 +94,12 @@ class Library:
         files = [path for path in place.glob("*.toml") if _ID.fullmatch(path.stem)] if place.is_dir() else []
         return [path.stem for path in sorted(files, key=lambda path: -path.stat().st_mtime)]
 
-    def _path(self, drive: str) -> Path | None:
-        """File of a kept drive; only names of the form that `keep` gives are looked for."""
+    def _path(self, drive: str) -> Path:
+        """File of a kept drive, refused if none is; looked for by names of the form that `keep` gives."""
         path = self.folder / DRIVES / f"{drive}.toml"
-        return path if _ID.fullmatch(drive) and path.is_file() and not path.is_symlink() else None
+        if not _ID.fullmatch(drive) or not path.is_file() or path.is_symlink():
+            raise InputRefused(f'"{drive[:60]}" is no drive of this studio: open one from the list')
+        return path
 
 
 def slug(name: str) -> str:

@@ -67,7 +67,7 @@ def command(
     """
     from dataclasses import replace
 
-    from cabledrive.app.identify_answer import pinged, split_answer
+    from cabledrive.app.identify_answer import finding_lines, parameter_rows, pinged, split_answer
     from cabledrive.identification.axis.answer import IdentifyOptions
     from cabledrive.identification.logs.reading import open_log, read_log
     from cabledrive.identification.one_log import identify, is_long, load_options
@@ -90,7 +90,11 @@ def command(
         logs[0] if len(logs) == 1 else list(logs), options, model=model, method=method, progress=note
     )
     data = found.as_dict()
-    text = _text(data)
+    measured = data["method"].get("residual_of", "torque")
+    residual = f"residual {100 * data['residual']['relative']:.3g} % of the measured {measured}"
+    shown = [f"method: {data['method']['name']}", *[f"note: {words}" for words in data["notes"]]]
+    check = f"model checked: {'yes' if data['checked'] else 'no'} ({data['check_reason']})"
+    text = "\n".join([*parameter_rows(data), residual, *shown, check, *finding_lines(data)])
     if other is not None:
         from cabledrive.identification.axis.check import against, words_of
 
@@ -125,13 +129,3 @@ def _swapped(found: Any) -> str:
         if stepped & {"torque", "force"} and not stepped & {"angle", "position"}:
             return "; are torque and angle swapped? Only the torque comes in steps"
     return ""
-
-
-def _text(data: dict[str, Any]) -> str:
-    from cabledrive.app.identify_answer import finding_lines, parameter_rows
-
-    measured = data["method"].get("residual_of", "torque")
-    residual = f"residual {100 * data['residual']['relative']:.3g} % of the measured {measured}"
-    shown = [f"method: {data['method']['name']}", *[f"note: {note}" for note in data["notes"]]]
-    check = f"model checked: {'yes' if data['checked'] else 'no'} ({data['check_reason']})"
-    return "\n".join([*parameter_rows(data), residual, *shown, check, *finding_lines(data)])

@@ -136,15 +136,8 @@ def _text(data: dict[str, Any], folder: Path) -> str:
     lists = {"besides": data["reasons"][1:], "what would help": data["remedies"], "notes": data["cautions"]}
     for title, listed in lists.items():
         lines += [f"  {title if not i else '':<16} {words}" for i, words in enumerate(listed)]
-    lines += _candidates(data["candidates"])
-    lines += ["", f"report: {folder / 'report.html'}"]
-    return "\n".join(lines)
-
-
-def _candidates(found: list[dict[str, Any]]) -> list[str]:
-    """Every law that was tried, in a line each."""
-    lines = [""] if found else []
-    for one in found:
+    lines += [""] if data["candidates"] else []
+    for one in data["candidates"]:  # every law that was tried, in a line each
         unit = "mm" if "worst_mm" in one else "deg"
         words = one["reason"] if not one["runs"] else f"worst of {one['runs']} plants "
         if one["runs"]:
@@ -153,4 +146,4 @@ def _candidates(found: list[dict[str, Any]]) -> list[str]:
             low = one["share_low"]
             words += "" if low is None else f", at least {percent(low)} of all within the goal"
         lines.append(f"  {one['controller']:<16} {words}")
-    return lines
+    return "\n".join([*lines, "", f"report: {folder / 'report.html'}"])

@@ -128,6 +128,7 @@ def command(
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.reduction.network_axis import as_axis
     from cabledrive.rig import Motion, RigOptions, Tracking, track
+    from cabledrive.rig.laws.baselines import BASELINES
     from cabledrive.rig.setting import (
         parse_disturbance,
         parse_encoder_dropout,
@@ -141,7 +142,13 @@ def command(
     refuse_given(
         "moves", "least_tension", "gust", why="is for a body between two winches: this drive has none"
     )
-    _check_combination(spec)
+    if spec["plant"] != "cable":
+        refuse_given("segments", why="divides the cable as plant: add --plant cable, or leave it out")
+        tell_given("as_printed", why="has no effect: it is about --plant cable")
+    if spec["ideal_sensors"]:
+        tell_given("observer", "encoder_phase", why="has no effect beside --ideal-sensors")
+    if spec["controller"] in BASELINES:
+        refuse_given("no_adaptation", why=f"has no effect: {spec['controller']} adapts nothing: leave it out")
     given = click.get_current_context().params
     actual = None
     if plant_settings:
@@ -182,16 +189,3 @@ def command(
         provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=spec["seed"]),
         incomplete=found.incomplete,
     )
-
-
-def _check_combination(spec: dict[str, Any]) -> None:
-    """Refuse or report what would have no effect."""
-    from cabledrive.rig.laws.baselines import BASELINES
-
-    if spec["plant"] != "cable":
-        refuse_given("segments", why="divides the cable as plant: add --plant cable, or leave it out")
-        tell_given("as_printed", why="has no effect: it is about --plant cable")
-    if spec["ideal_sensors"]:
-        tell_given("observer", "encoder_phase", why="has no effect beside --ideal-sensors")
-    if spec["controller"] in BASELINES:
-        refuse_given("no_adaptation", why=f"has no effect: {spec['controller']} adapts nothing: leave it out")

@@ -96,12 +96,9 @@ def _rows(table: Any) -> tuple[tuple[str, str], ...]:
     for field in fields(table):
         value, unit = getattr(table, field.name), field.metadata.get("unit")
         if unit is not None and value is not None and not (value == 0.0 and field.default == 0.0):
-            rows.append((capital(field.metadata["meaning"].partition(";")[0]), _shown(value, unit)))
+            words = capital(field.metadata["meaning"].partition(";")[0])
+            rows.append((words, f"{value:d}" if unit == "count" else quantity(value, unit)))
     return tuple(rows)
-
-
-def _shown(value: float, unit: str) -> str:
-    return f"{value:d}" if unit == "count" else quantity(value, unit)
 
 
 def _carriages(drive: Drive) -> list[RowGroup]:
@@ -133,13 +130,12 @@ def derived_table(sheet: Mapping[str, float | None], caption: Text = "Derived qu
     """What closed formulas give. ``sheet``: in SI, by name."""
     groups = []
     for title, lines in DATASHEET.items():
-        rows = []
-        for name, words, unit in lines:
-            value = sheet.get(name)
-            if value is not None:
-                rows.append((words, quantity(0.0 if abs(value) < NOTHING else value, unit)))
-        if rows:
-            groups.append(RowGroup(title=title, rows=tuple(rows)))
+        rows = tuple(
+            (words, quantity(0.0 if abs(value) < NOTHING else value, unit))
+            for name, words, unit in lines
+            if (value := sheet.get(name)) is not None
+        )
+        groups += [RowGroup(title=title, rows=rows)] if rows else []
     return table(caption, _HEADS, groups)
 
 

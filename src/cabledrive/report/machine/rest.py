@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.rest import RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
@@ -35,22 +34,15 @@ def sag_of(drive: Drive, span: str) -> tuple[Array, Array]:
     depth = 0.0
     for stretch in rest.stretches:
         if stretch.span == span:
-            at, fallen = _fallen(stretch)
-            places.append(at)
-            depths.append(depth + fallen)
+            fine = np.linspace(stretch.start, stretch.end, 2 * POINTS - 1)
+            along, across = stretch.force_at(fine)
+            slope = across * (1.0 / stretch.axial_rigidity + 1.0 / np.hypot(along, across))
+            step = (fine[2] - fine[0]) / 6.0  # of Simpson's rule
+            parts = (slope[:-2:2] + 4.0 * slope[1::2] + slope[2::2]) * step
+            places.append(fine[::2])
+            depths.append(depth + np.concatenate(([0.0], np.cumsum(parts))))
             depth = float(depths[-1][-1])
     return np.concatenate(places), np.concatenate(depths)
-
-
-def _fallen(stretch: RestingStretch) -> tuple[Array, Array]:
-    """Positions of a stretch [m] and its fall from its start [m]."""
-    fine = np.linspace(stretch.start, stretch.end, 2 * POINTS - 1)
-    along, across = stretch.force_at(fine)
-    if not np.any(across):
-        return fine[::2], np.zeros(POINTS)
-    slope = across * (1.0 / stretch.axial_rigidity + 1.0 / np.hypot(along, across))
-    parts = (slope[:-2:2] + 4.0 * slope[1::2] + slope[2::2]) * (fine[2] - fine[0]) / 6.0  # Simpson's rule
-    return fine[::2], np.concatenate(([0.0], np.cumsum(parts)))
 
 
 def tension_at(rest: RestState, span: str, at: Array) -> Array:

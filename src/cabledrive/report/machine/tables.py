@@ -56,13 +56,13 @@ def _pair(pair: CoupledPair | RoutePair) -> tuple[Cell, ...]:
 
 def own_pair(pairs: Sequence[Pair], pair: CoupledPair) -> Pair | None:
     """The record of the pulley mode's pair that is the same mode of the same section; None: it is another."""
-    return next((own for own in pairs if _same(own, pair)), None)
-
-
-def _same(own: Pair, pair: CoupledPair) -> bool:
-    ends = all(abs(a - b) <= 1e-9 * pair.section[1] for a, b in zip(own.section, pair.section, strict=True))
-    pulley = abs(pair.longitudinal_hz / own.pulley_frequency - 1.0) < 1e-9
-    return pair.kind != SUM and pulley and ends and own.span == pair.span and own.number == pair.numbers[0]
+    for own in pairs if pair.kind != SUM else ():
+        ends = zip(own.section, pair.section, strict=True)
+        near = all(abs(a - b) <= 1e-9 * pair.section[1] for a, b in ends)
+        pulley = abs(pair.longitudinal_hz / own.pulley_frequency - 1.0) < 1e-9
+        if pulley and near and (own.span, own.number) == (pair.span, pair.numbers[0]):
+            return own
+    return None
 
 
 def _told(pair: Pair, pairs: Sequence[Pair]) -> bool:
