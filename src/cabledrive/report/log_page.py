@@ -83,17 +83,12 @@ def _hash(path: Path) -> str:
 def _numbers(found: Identification) -> list[Block]:
     rows = []
     for name, one in found.parameters.items():
-        known = np.isfinite(one.value)
         interval = f"{number(one.low, 4)} to {number(one.high, 4)}" if np.isfinite(one.low) else "none"
-        stated = (number(one.value), interval) if known else ("none", "")
+        stated = (number(one.value), interval) if np.isfinite(one.value) else ("none", "")
         rows.append((name.replace("_", " "), *stated, unit_name(one.unit)))
-    parameters = table(
-        "Identified parameters.",
-        "Parameter | Value [] | 95 % [] | Unit",
-        rows,
-        note=f"Residual {number(100 * found.residual['relative'], 3)} % of the measured "
-        f"{found.method.get('residual_of', 'torque')}.",
-    )
+    share, of = number(100 * found.residual["relative"], 3), found.method.get("residual_of", "torque")
+    note, heads = f"Residual {share} % of the measured {of}.", "Parameter | Value [] | 95 % [] | Unit"
+    parameters = table("Identified parameters.", heads, rows, note=note)
     words = [*found.unidentifiable, *found.findings]
     return [parameters, *(Note(text=word[:1].upper() + word[1:], tone="warning") for word in words)]
 

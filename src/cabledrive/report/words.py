@@ -5,6 +5,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from importlib import resources
+from itertools import chain, count
 from math import radians
 from typing import Any
 
@@ -38,11 +39,9 @@ def anchor(title: str) -> str:
 def anchors(titles: Sequence[str]) -> tuple[str, ...]:
     """Anchors of several titles, numbered where they would be the same. Returns all different."""
     taken: list[str] = []
-    for title in titles:
-        name, number = anchor(title), 2
-        while name in taken:
-            name, number = f"{anchor(title)}-{number}", number + 1
-        taken.append(name)
+    for name in map(anchor, titles):
+        numbered = (f"{name}-{number}" for number in count(2))
+        taken.append(next(one for one in chain([name], numbered) if one not in taken))
     return tuple(taken)
 
 

@@ -3,7 +3,6 @@
 import contextlib
 import importlib
 from collections.abc import AsyncIterator, Callable
-from typing import Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -31,6 +30,13 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
         logs=LogStore(library.folder / LOGS),
         warm=Warm(wanted=warm),
     )
+
+    @contextlib.asynccontextmanager
+    async def life(app: Starlette) -> AsyncIterator[None]:
+        yield
+        desk.warm.end()
+        await desk.jobs.end()
+
     app = Starlette(
         routes=[
             Route("/", home),
@@ -59,7 +65,7 @@ def application(library: Library, keys: Keys, first: State, *, warm: bool = True
             Route("/studies/{number}/resume", resume, methods=["POST"]),
             Route("/ready", _ready),
         ],
-        lifespan=_lifespan(desk),
+        lifespan=life,
         exception_handlers={
             InputRefused: _refused,
             NotComputed: _refused,
@@ -79,16 +85,6 @@ def _later(module: str, name: str) -> Callable[[Request], Response]:
         return found
 
     return _endpoint
-
-
-def _lifespan(desk: Desk) -> Callable[[Any], Any]:
-    @contextlib.asynccontextmanager
-    async def _life(app: Starlette) -> AsyncIterator[None]:
-        yield
-        desk.warm.end()
-        await desk.jobs.end()
-
-    return _life
 
 
 def _ready(request: Request) -> Response:

@@ -116,16 +116,11 @@ def command(
 
 
 def _incomplete(found: Any) -> str | None:
-    negative = [finding for finding in found.findings if "is identified as negative" in finding]
-    if not found.identifiable:
-        return f"not identifiable: {'; '.join(found.unidentifiable)}{_swapped(found)}"
-    return negative[0] + ("" if "swapped" in negative[0] else _swapped(found)) if negative else None
-
-
-def _swapped(found: Any) -> str:
-    """A hint where the torque comes in steps, as an encoder's angle does, and the angle does not."""
-    for report in found.reports:
-        stepped = set(report.quantum)
-        if stepped & {"torque", "force"} and not stepped & {"angle", "position"}:
-            return "; are torque and angle swapped? Only the torque comes in steps"
-    return ""
+    """Why not all is found, with a hint where the torque comes in steps, as an encoder's angle does."""
+    wrong = [finding for finding in found.findings if "is identified as negative" in finding]
+    wrong = wrong if found.identifiable else [f"not identifiable: {'; '.join(found.unidentifiable)}"]
+    for stepped in (set(report.quantum) for report in found.reports):
+        swapped = stepped & {"torque", "force"} and not stepped & {"angle", "position"}
+        if wrong and swapped and not (found.identifiable and "swapped" in wrong[0]):
+            return f"{wrong[0]}; are torque and angle swapped? Only the torque comes in steps"
+    return wrong[0] if wrong else None

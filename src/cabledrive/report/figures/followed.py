@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import log10
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
@@ -92,15 +92,8 @@ def _draw_crossings(axes: "Axes", data: "xr.Dataset", scale: float, unit: str) -
         data["crossing_frequency"].to_numpy(),
         strict=True,
     ):
-        axes.plot(
-            value,
-            frequency,
-            "o",
-            markersize=13,
-            markerfacecolor="none",
-            markeredgecolor=Hue.INK,
-            markeredgewidth=1,
-        )
+        ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": Hue.INK, "markeredgewidth": 1}
+        axes.plot(value, frequency, "o", markersize=13, **ring)
         words = f"{kind} at {number(value, 3)} {unit}" if unit else kind
         label(axes, words, (value, frequency), (0, 10), ha="center")
 

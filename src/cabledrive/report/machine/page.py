@@ -59,13 +59,17 @@ def machine_view(context: ReportContext, place: int) -> View:
         sections, methods = _of_a_loop(drive, name), METHODS
         steps = ladder(drive, name, modes)
     warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*warnings_of(drive), *modes.warnings)))
-    along, across, drawn = along_table(modes), across_table(modes), drawing(drive, name)
-    shaped = shapes(drive, name, modes)
+    shown = {
+        "drawing": drawing(drive, name),
+        "along": along_table(modes),
+        "across": across_table(modes),
+        "shapes": shapes(drive, name, modes),
+    }
     first, last = (
         [block for one in sections if one.folded is side for block in one.blocks] for side in (False, True)
     )
-    blocks = (drawn, along, across, shaped, *first, steps, *last)  # in the order of the page
-    content = {
+    blocks = (*shown.values(), *first, steps, *last)  # in the order of the page
+    content = shown | {
         "name": name,  # part of every anchor of the page
         "drive": drive,
         "digest": content_hash(drive),
@@ -76,10 +80,6 @@ def machine_view(context: ReportContext, place: int) -> View:
         "reasons": reasons,
         "warnings": warnings,
         "sources": source_paragraphs(drive.source),
-        "drawing": drawn,
-        "along": along,
-        "across": across,
-        "shapes": shaped,
         "ladder": steps,
         "sections": sections,
     }
