@@ -29,6 +29,11 @@ def number(value: float, digits: int = 5) -> str:
     return f"{mantissa}{SPACE}×{SPACE}10{str(exponent).translate(_RAISED)}".replace("-", "−")
 
 
+def stated(value: float | None, digits: int) -> str:
+    """A `number`; nothing where there is none."""
+    return "" if value is None else number(value, digits)
+
+
 def fixed(value: float, decimals: int) -> str:
     """A number with a given count of decimals, for columns that line up."""
     return f"{value:.{decimals}f}".replace("-", "−")

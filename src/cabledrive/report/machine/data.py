@@ -13,7 +13,7 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, table
 from cabledrive.report.figures.moving_machine import moving_machine
-from cabledrive.report.typesetting import capital, number, quantity
+from cabledrive.report.typesetting import capital, number, quantity, stated
 from cabledrive.report.words import DATASHEET
 
 MOST_CARRIAGES = 4
@@ -145,18 +145,12 @@ EVEN = 1e-6
 
 def spans_table(drive: RoutedDrive) -> Table:
     """Free spans at rest."""
-    rows = (
-        (
-            row["name"],
-            number(row["length"], 6),
-            both((row["tension_start"], row["tension_end"])),
-            str(row["ropes"]),
-            "" if row["wrap"] is None else number(degrees(row["wrap"]), 4),
-            number(row["string_frequency_hz"], 5),
-            "" if row["safety_factor"] is None else number(row["safety_factor"], 3),
-        )
-        for row in span_rows(drive, statics_of(drive))
-    )
+    rows = []
+    for row in span_rows(drive, statics_of(drive)):
+        tensions, wrap = both((row["tension_start"], row["tension_end"])), row["wrap"]
+        first = (row["name"], number(row["length"], 6), tensions, str(row["ropes"]))
+        wrapped = "" if wrap is None else number(degrees(wrap), 4)
+        rows.append((*first, wrapped, number(row["string_frequency_hz"], 5), stated(row["safety_factor"], 3)))
     return table(
         "Free spans at rest.",
         "Span | Length [m] | Tension [N] | Ropes [] | Wrap at its end [deg] | String [Hz] | Safety []",
@@ -172,7 +166,7 @@ def pulleys_table(drive: RoutedDrive) -> Table | None:
             row["name"],
             number(degrees(row["wrap"]), 4),
             "slips" if row["needed_friction"] is None else number(row["needed_friction"], 3),
-            "" if row["capstan_friction"] is None else number(row["capstan_friction"], 3),
+            stated(row["capstan_friction"], 3),
         )
         for row in pulley_rows(drive, statics_of(drive))
     ]

@@ -6,7 +6,7 @@ from math import degrees, pi
 from cabledrive.modal.tuning import Pair
 from cabledrive.report.blocks import Cell, Table, table
 from cabledrive.report.machine.data import both
-from cabledrive.report.typesetting import number, quantity
+from cabledrive.report.typesetting import number, quantity, stated
 from cabledrive.studies.motion_margins import TEETH, MotionMargins, PulleyMargin
 from cabledrive.studies.pair_thresholds import SUM, CoupledPair
 from cabledrive.studies.resonance import ResonanceSummary
@@ -74,35 +74,17 @@ def _told(pair: Pair, pairs: Sequence[Pair]) -> bool:
 def margins_tables(found: MotionMargins) -> tuple[Table, Table, Table]:
     """Spans, pulleys and motors along a motion: what is needed and what holds."""
     spans = (
-        (
-            own.name,
-            *(both(pair) for pair in (own.rest, own.even, own.tension)),
-            "" if own.safety_factor is None else number(own.safety_factor, 3),
-            own.verdict,
-        )
+        (own.name, *map(both, (own.rest, own.even, own.tension)), stated(own.safety_factor, 3), own.verdict)
         for own in found.spans
     )
     pulleys = (
-        (
-            own.name,
-            number(degrees(own.wrap), 4),
-            *_needed(own),
-            "" if own.margin is None else number(own.margin, 3),
-            own.verdict,
-        )
+        (own.name, number(degrees(own.wrap), 4), *_needed(own), stated(own.margin, 3), own.verdict)
         for own in found.pulleys
     )
-    motors = (
-        (
-            own.name,
-            number(own.peak_torque, 4),
-            number(own.rms_torque, 4),
-            "" if own.torque_limit is None else number(own.torque_limit, 4),
-            number(30.0 / pi * own.peak_speed, 4),
-            own.verdict,
-        )
-        for own in found.motors
-    )
+    motors = []
+    for own in found.motors:
+        shown = (own.peak_torque, own.rms_torque, own.torque_limit, 30.0 / pi * own.peak_speed)
+        motors.append((own.name, *(stated(value, 4) for value in shown), own.verdict))
     return (
         table(
             "Tensions along the motion.",
@@ -120,4 +102,4 @@ def _needed(own: PulleyMargin) -> tuple[str, str]:
         allowed = "" if own.allowed is None else quantity(own.allowed, "N", 4)
         return quantity(own.effective_tension, "N", 4), f"{allowed} on {own.teeth_in_mesh} teeth"
     need = "slips" if own.needed_friction is None else f"friction {number(own.needed_friction, 3)}"
-    return need, "" if own.capstan_friction is None else number(own.capstan_friction, 3)
+    return need, stated(own.capstan_friction, 3)

@@ -15,7 +15,7 @@ from cabledrive.report.figures.study_runs import (
     worst_picture,
 )
 from cabledrive.report.study.verdict import listed, named, unit_shown
-from cabledrive.report.typesetting import number
+from cabledrive.report.typesetting import number, stated
 from cabledrive.report.words import sentences, texts
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
@@ -98,7 +98,7 @@ def _candidate(
     return (
         f"{model}{one.bandwidth:g} Hz",
         *(errors.shown(getattr(one, part)) for part in (*errors.parts, errors.whole)),
-        "" if one.torque is None else number(one.torque, 3),
+        stated(one.torque, 3),
         "chosen" if one == chosen else "refused" if one.refused else "",
     )
 
@@ -175,11 +175,10 @@ def _runs(runs: list[AcceptanceResult], errors: Errors) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for one in runs:
         inside = ", ".join(f"{100 * s:.1f} %" for s in (one.inside, one.share) if s is not None)
-        torque = "" if one.largest_torque is None else number(one.largest_torque, 3)
         for words, still in ((one.plant.capitalize(), False), ("The same, at rest", True)):
             if not still or one.rests:
                 quantiles = (errors.shown(one.quantile(share, rest=still)) for share in (0.5, 0.99, 1.0))
-                rest = ("", "", "") if still else (inside, torque, f"{one.failed}")
+                rest = ("", "", "") if still else (inside, stated(one.largest_torque, 3), f"{one.failed}")
                 rows.append((words, f"{one.draws}", *quantiles, *rest))
     return table(
         say_runs("table"),
