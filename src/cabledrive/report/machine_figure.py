@@ -1,13 +1,13 @@
 """A machine drawn to scale from its coordinates: pulleys, spans, anchors, bodies, carriages, motors."""
 
 from math import atan2, degrees
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.geometry import FreeSpan, Point
+from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.report.figures.moving_machine import coordinates
 from cabledrive.report.figures.sheet import body_points, neighbours
 from cabledrive.report.picture import file_figure, file_picture, label
@@ -28,6 +28,8 @@ def machine_drawing(drive: Drive | RoutedDrive, form: str) -> bytes:
 
 def _draw(axes: "Axes", drive: RoutedDrive) -> None:
     """A machine to scale, each rope in its colour with an arrow along its path."""
+    from matplotlib.patches import Circle
+
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
     axes.set(xlabel="x [m]", ylabel="y [m]")
@@ -46,7 +48,12 @@ def _draw(axes: "Axes", drive: RoutedDrive) -> None:
     for here, after in neighbours(drive):
         _draw_arc(axes, here, after, _COLOURS[here.route % len(_COLOURS)])
     for number, pulley in enumerate(drive.pulley):
-        _draw_pulley(axes, pulley.name, pulley.at, pulley.radius, number in drive.driven, pulley.fixed)
+        motor, (x, y) = number in drive.driven, pulley.at
+        looks: dict[str, Any] = {"facecolor": "#bbbbbb", "edgecolor": _INK, "linewidth": 0.8, "zorder": 2}
+        axes.add_patch(Circle((x, y), pulley.radius, fill=pulley.fixed, **looks))
+        axes.plot(x, y, "x" if motor else "+", color=_INK, markersize=5, zorder=5)
+        words = f"{pulley.name} (motor)" if motor else pulley.name
+        label(axes, words, (x, y + pulley.radius), (0, 3), fontsize=6, ha="center", zorder=7)
     for anchor in drive.anchor:
         axes.plot(*anchor.at, "o", color=_INK, markersize=4, zorder=6)
 
@@ -72,14 +79,3 @@ def _draw_arc(axes: "Axes", here: FreeSpan, after: FreeSpan, colour: str) -> Non
     x = place.centre[0] + place.radius * np.cos(turned)
     y = place.centre[1] + place.radius * np.sin(turned)
     axes.plot(x, y, color=colour, linewidth=1.6, zorder=3)
-
-
-def _draw_pulley(axes: "Axes", name: str, centre: Point, radius: float, motor: bool, fixed: bool) -> None:
-    from matplotlib.patches import Circle
-
-    axes.add_patch(
-        Circle(centre, radius, fill=fixed, facecolor="#bbbbbb", edgecolor=_INK, linewidth=0.8, zorder=2)
-    )
-    axes.plot(*centre, "+" if not motor else "x", color=_INK, markersize=5, zorder=5)
-    words = f"{name} (motor)" if motor else name
-    label(axes, words, (centre[0], centre[1] + radius), (0, 3), fontsize=6, ha="center", zorder=7)

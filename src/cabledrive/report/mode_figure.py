@@ -11,7 +11,7 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.figures.shapes import draw_mode, name_places
 from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture
 from cabledrive.report.words import speed_unit
-from cabledrive.studies.excitation_orders import Branch, Campbell
+from cabledrive.studies.excitation_orders import Campbell
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,9 +69,14 @@ def draw_campbell(figure: "Figure", found: Campbell) -> None:
         axes.axvspan(reached, low, color=Hue.ORANGE, alpha=0.15, linewidth=0.0)
         axes.axvspan(low, high, ymax=0.02, color=Hue.GREEN, linewidth=0.0)
         reached = high
-    for branch in found.branches:
-        _band(axes, branch, top, found)
     speeds = np.array([found.low, found.high])
+    for branch in found.branches:  # a band
+        own = branch.hertz[~np.isnan(branch.hertz)]
+        low, high = own.min(), min(own.max(), top)
+        colour = Hue.BLUE if branch.kind == "longitudinal" else Hue.QUIET
+        axes.fill_between(speeds, low, high, color=colour, alpha=0.05, linewidth=0.0)
+        for edge in {low, high} - {top}:
+            axes.plot(speeds, [edge, edge], color=colour, linewidth=0.7)
     for number, (name, rate) in enumerate(found.orders.items()):
         colour = LINES[number % len(LINES)]
         axes.plot(speeds, rate * speeds, color=colour, linewidth=2.0, label=f"order {name}")
@@ -81,20 +86,7 @@ def draw_campbell(figure: "Figure", found: Campbell) -> None:
         xlabel=f"speed of {found.coordinate} [{unit}]; green: clear of all modes", ylabel="frequency [Hz]"
     )
     axes.legend(frameon=False, loc="upper left")
-    _names(axes, found, top)
-
-
-def _band(axes: "Axes", branch: Branch, top: float, found: Campbell) -> None:
-    own = branch.hertz[~np.isnan(branch.hertz)]
-    low, high = own.min(), min(own.max(), top)
-    colour = Hue.BLUE if branch.kind == "longitudinal" else Hue.QUIET
-    axes.fill_between([found.low, found.high], low, high, color=colour, alpha=0.05, linewidth=0.0)
-    for edge in {low, high} - {top}:
-        axes.plot([found.low, found.high], [edge, edge], color=colour, linewidth=0.7)
-
-
-def _names(axes: "Axes", found: Campbell, top: float) -> None:
-    """Names of the heaviest modes at the right edge, pushed apart where they would overlap."""
+    # Names of the heaviest modes at the right edge, pushed apart where they would overlap.
     heaviest = sorted(found.branches, key=lambda own: -own.weight)[:MOST_NAMES]
     placed = sorted((float(np.nanmin(branch.hertz)), branch.name) for branch in heaviest)
     gap, last = 0.045 * top, -np.inf

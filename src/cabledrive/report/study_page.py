@@ -12,19 +12,9 @@ from cabledrive.studies.study import StudyResult
 
 def study_html(result: StudyResult, written_at: datetime | None = None) -> str:
     """The report of a study as HTML that needs no other file; the time it states is now unless given."""
-    chapters = tuple(
-        chapter
-        for chapter in (
-            verdict_chapter(result),
-            data_chapter(result),
-            knowledge_chapter(result),
-            modes_chapter(result),
-            resonance_chapter(result),
-            controller_chapter(result),
-            acceptance_chapter(result),
-        )
-        if chapter is not None
-    )
+    first = (verdict_chapter, data_chapter, knowledge_chapter, modes_chapter, resonance_chapter)
+    made = (chapter(result) for chapter in (*first, controller_chapter, acceptance_chapter))
+    chapters = [chapter for chapter in made if chapter is not None]
     hashes = (
         (result.drive.name, content_hash(result.drive)),
         ("the same, as identified", content_hash(result.known)),

@@ -270,20 +270,9 @@ def _columns(form: Form) -> list[str]:
     return chosen + (["--resample"] if form.get("resample") else [])
 
 
+_BUILDERS = (_study, _compare, _sweep, _export, _map, _film, _controlled, _identify, _response, _ping)
 KINDS: dict[str, Callable[[Asking], Asked]] = {
-    "study": _study,
-    "compare": _compare,
-    "sweep": _sweep,
-    "export": _export,
-    "map": _map,
-    "film": _film,
-    "controlled": _controlled,
-    "identify": _identify,
-    "response": _response,
-    "ping": _ping,
-    "shaper": _shaper,
-    "klipper": _klipper,
-    "travel": _travel,
-    "sheet": _sheet,
-    "virtual-log": _virtual_log,
+    build.__name__[1:].replace("_", "-"): build
+    for build in (*_BUILDERS, _shaper, _klipper, _travel, _sheet, _virtual_log)
 }
+"""What is started here, by the name that a page gives it."""

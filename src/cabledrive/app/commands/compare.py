@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from pathlib import Path
 from typing import Any
 
 import click
@@ -39,7 +38,8 @@ def command(
 
     DIR receives report.html, results.json and the finished parts; the same command goes on where it stopped.
     """
-    from cabledrive.report.comparison_page import comparison_html
+    from cabledrive.report.blocks import table_text
+    from cabledrive.report.comparison_page import comparison_html, costs_table, errors_table
     from cabledrive.rig import Motion
     from cabledrive.studies.controller_comparison import compare
 
@@ -70,16 +70,11 @@ def command(
     kept = plain(found.summary) | {"provenance": about, "asked": asked}
     kept = with_own_hash(kept | {"files": {REPORT: hashlib.sha256(page.encode()).hexdigest()}})
     write_whole(folder / RESULTS, json.dumps(kept, indent=1, allow_nan=False) + "\n", force=True)
-    return Answer(data=found.summary, text=_text(found.summary, folder), provenance=about)
-
-
-def _text(said: dict[str, Any], folder: Path) -> str:
-    from cabledrive.report.blocks import table_text
-    from cabledrive.report.comparison_page import costs_table, errors_table
-
+    said = found.summary
     lines = [f"{said['drive']}: {said['best'] or 'no law'} ranks first over {said['draws']} plants"]
     lines += ["", table_text(errors_table(said)), "", table_text(costs_table(said)), ""]
     if learning := [one["name"] for one in said["controllers"] if one["learns"]]:
         lines.append(f"errors after the first pulse: {', '.join(learning)}")
     lines += [f"not covered: {words}" for words in said["not_covered"]]
-    return "\n".join([*lines, "", f"report: {folder / REPORT}"])
+    lines += ["", f"report: {folder / REPORT}"]
+    return Answer(data=said, text="\n".join(lines), provenance=about)

@@ -25,15 +25,14 @@ def command(
 
     found = influence(store, output, generator=np.random.default_rng(seed))
     screened = "effects" in found
-    groups = found["groups"]
-    if screened:
-        head, rows = f"change per whole interval of each key, over {groups} paths", _effects(found["effects"])
-    else:
-        head = f"mean {found['mean']:.6g}, standard deviation {found['standard_deviation']:.4g}; "
-        head += f"{groups} groups of {found['rows'] // groups} rows"
-        rows = _indices(found["first"], found["total"])
-    head += f", {found['groups_left_out']} left out" if found["groups_left_out"] else ""
-    lines = [f"{output}: {head}", "", *rows]
+    lines = [
+        f"{output}: change per whole interval of each key, over {found['groups']} paths"
+        if screened
+        else f"{output}: mean {found['mean']:.6g}, standard deviation {found['standard_deviation']:.4g}; "
+        f"{found['groups']} groups of {found['rows'] // found['groups']} rows"
+    ]
+    lines[0] += f", {found['groups_left_out']} left out" if found["groups_left_out"] else ""
+    lines += ["", *(_effects(found["effects"]) if screened else _indices(found["first"], found["total"]))]
     return Answer(
         data=found | {"confidence": 0.95},
         text="\n".join(lines),

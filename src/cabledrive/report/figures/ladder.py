@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from cabledrive.modal import Mode, Modes
+from cabledrive.modal import Modes
 from cabledrive.modal.mode import BOTH, LONGITUDINAL
 from cabledrive.modal.mode_rows import ModeRow
 from cabledrive.modal.networks import network_of_drive
@@ -97,23 +97,20 @@ def _draw_staircase(axes: "Axes", steps: Staircase, modes: Modes, decade: float)
     for mode in modes.longitudinal:
         if mode.frequency < below:
             height += mode.multiplicity
-            _label_step(axes, mode, height, decade * log10(mode.frequency / steps.frequency[0]))
+            room = decade * log10(mode.frequency / steps.frequency[0])
+            colour = family_colour(mode.family)
+            times = f" ×{mode.multiplicity}" if mode.multiplicity > 1 else ""
+            words = f"{mode.family}, {number(mode.frequency, 5)} Hz{times}"
+            axes.plot(mode.frequency, height, "o", color=colour, markersize=6.5, clip_on=False)
+            # left above the stairs, or right below them where there is no room
+            side, beside = ("right", (-9, 0)) if text_width(words) + 12 < room else ("left", (8, -11))
+            label(axes, words, (mode.frequency, height), beside, ha=side, va="center", color=colour)
     axes.axvline(below, color=Hue.QUIET, linewidth=1.0, dashes=(2, 3))
     label(axes, f"counted to {number(below)} Hz", (below, 0.0), (-5, 5), ha="right", color=Hue.QUIET)
     axes.set(ylim=(-0.15, max(steps.count[-1], 2) + 0.6), ylabel="longitudinal modes\nbelow f")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.tick_params(axis="x", which="both", length=0)
     axes.spines["bottom"].set_visible(False)
-
-
-def _label_step(axes: "Axes", mode: Mode, height: int, room: float) -> None:
-    """A dot on the step and its words: left above the stairs, or right below them where there is no room."""
-    colour = family_colour(mode.family)
-    times = f" ×{mode.multiplicity}" if mode.multiplicity > 1 else ""
-    words = f"{mode.family}, {number(mode.frequency, 5)} Hz{times}"
-    axes.plot(mode.frequency, height, "o", color=colour, markersize=6.5, clip_on=False)
-    side, beside = ("right", (-9, 0)) if text_width(words) + 12 < room else ("left", (8, -11))
-    label(axes, words, (mode.frequency, height), beside, ha=side, va="center", color=colour)
 
 
 def _draw_rungs(axes: "Axes", modes: Modes, spans: tuple[str, ...]) -> None:

@@ -18,7 +18,6 @@ from cabledrive.studies.study.machine import LOG, WORDS, Quantity
 from cabledrive.studies.study.plants import ControllerResult
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -93,22 +92,16 @@ def bandwidths_picture(found: ControllerResult | CarriageController, errors: Err
         axes.plot(hertz[chosen], whole[chosen], "o", markersize=9, fillstyle="none", color=Hue.RED)
         axes.set_ylim(max(1e-4, least), 2.0 * whole.max())
         log_axis(axes, "y", 230.0)
-        _name_the_ends(axes, hertz[-1], ends)
+        low, high = axes.get_ylim()
+        decade, floor = 230.0 / np.log10(high / low), -np.inf  # px
+        for value, words, colour in sorted(ends):  # moved up where they would lie on one another
+            place = decade * np.log10(value / low)
+            floor = max(place, floor + 13.0)
+            beside = (5, floor - place - 4)
+            label(axes, words, (hertz[-1], value), beside, color=colour, annotation_clip=False)
         axes.set(xlabel="bandwidth [Hz]", ylabel=f"error [{errors.unit}]")
 
     return picture("bandwidths", _draw, height=280.0)
-
-
-def _name_the_ends(axes: "Axes", right: float, ends: list[tuple[float, str, str]]) -> None:
-    """Names to the right of curves that end at these values, moved up where they would lie on one another."""
-    low, high = axes.get_ylim()
-    height = 230.0 / np.log10(high / low)  # px of a decade
-    floor = -np.inf
-    for value, words, colour in sorted(ends):
-        place = height * np.log10(value / low)
-        lifted = max(place, floor + 13.0)
-        label(axes, words, (right, value), (5, lifted - place - 4), color=colour, annotation_clip=False)
-        floor = lifted
 
 
 def peaks_picture(

@@ -26,20 +26,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-TONES = {
-    "safe": "good",
-    "close": "warning",
-    "resonant": "warning",
-    "unknown": "remark",
-    NO_EXCITATION: "remark",
-}
 BADGES = {
-    "safe": "No internal resonance",
-    "close": "Close to internal resonance",
-    "resonant": "Internal resonance",
-    "unknown": "Internal resonance: amplitude not given",
-    NO_EXCITATION: "Internal resonance: no excitation given",
+    "safe": ("No internal resonance", "good"),
+    "close": ("Close to internal resonance", "warning"),
+    "resonant": ("Internal resonance", "warning"),
+    "unknown": ("Internal resonance: amplitude not given", "remark"),
+    NO_EXCITATION: ("Internal resonance: no excitation given", "remark"),
 }
+"""Words and tone of each verdict."""
 
 
 def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...], Table | None]:
@@ -50,7 +44,8 @@ def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...],
         return Badge("Internal resonance: not computed", "remark"), (str(refusal),), None
     stated = found.torque is not None and found.verdict != NO_EXCITATION
     at = f" at {quantity(found.torque or 0.0, 'N m', 3)}" if stated else ""
-    badge = Badge(BADGES[found.verdict] + at, TONES[found.verdict])
+    words, tone = BADGES[found.verdict]
+    badge = Badge(words + at, tone)
     ratio = "" if found.frequency_ratio is None else number(found.frequency_ratio, 3)
     if not isinstance(found, RouteResonance):
         facts = f"The lowest transverse frequency of an empty span is {ratio} times that of the pulley mode; "
