@@ -184,9 +184,8 @@ def identify(
     method : str, optional
         "inverse-dynamics": least squares on the torque, its own errors in the intervals; "output-error":
         refined by simulating the motion, without the bias of the encoder's noise; "prediction-error": from
-        what an observer does not predict, also inside a feedback loop; "auto", the default: output error
-        where nothing but spectral lines moves the axis and the model follows the log by itself, else
-        prediction error, or inverse dynamics where an observer loses the log.
+        what an observer does not predict, also inside a feedback loop; "auto", the default: prediction
+        error, or inverse dynamics where an observer loses the log or the model is refused.
     progress : callable, optional
         Called with a line now and then while a log is read that does not fit into memory.
 

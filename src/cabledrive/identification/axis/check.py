@@ -31,7 +31,7 @@ NOT_MADE = {
 }
 MATERIAL = 0.7
 """Share of half an interval by which a fault must change a parameter to be stated as a fault."""
-NOTABLE, CLOSE = 0.02, 0.8
+NOTABLE, CLOSE = 0.01, 0.8
 """Share of the power from which it is stated whatever it changes; share of the best explanation from which on
 another fault cannot be distinguished from it."""
 MISFIT = "model-misfit"

@@ -9,8 +9,8 @@ contributions :math:`g_b` in segments of time by the differences of neighbours,
 .. math:: C = \frac{G}{2(G-1)}\sum_b (g_b - g_{b-1})^2 ,
 
 so that a fault that shows in a part of the log only does not hide itself in its own scatter. A factor beyond
-Student's t is then tried again: what logs of a sound axis show, and the doubt about the hold of the torque,
-are added to C.
+Student's t is then tried again: what logs of a sound axis show is taken off, and its scatter, a part of it, and
+the doubt about the hold of the torque are added to C.
 """
 
 from collections.abc import Iterable, Sequence
@@ -33,6 +33,8 @@ SEED = 4016
 """Of the noise in logs of a sound axis: the same log gives the same result."""
 ROUNDS = 3
 """Corrections of the four parameters."""
+ALIKE = 0.3
+"""Share of what every log of a sound axis shows that the measured one may show more or less of."""
 EFFICIENCY = 2 / 3
 """Of a variance from differences of neighbours, against one from the same number of deviations."""
 
@@ -135,10 +137,13 @@ def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence
     if any(e.alarms for e in every):  # what sound logs show, and the doubt about the hold of the torque
         sound = [factors_of(twin) for twin in seen.twins(values, SEED)]
         for k, e in enumerate(every):
-            misses = [_factor_of(made, e.name) for made in sound]
-            unseen = max(0.0, float(np.mean([float(fit.values[-1]) ** 2 - b**2 for fit, b in misses])))
+            shown, errors = np.array(
+                [(fit.values[-1], b) for fit, b in (_factor_of(m, e.name) for m in sound)]
+            ).T
+            always, spread = float(shown.mean()), max(0.0, float(shown.var(ddof=1) - np.mean(errors**2)))
             doubt = float(_factor_of(factors, e.name, observer.HOLD)[0].values[-1])
-            every[k] = replace(e, error=float(np.sqrt(e.error**2 + unseen + doubt**2)))
+            size = np.sqrt(e.error**2 + spread + (ALIKE * always) ** 2 + doubt**2)
+            every[k] = replace(e, value=e.value - always, error=float(size))
     repeated = float(np.sqrt(seen.repetition(values)))
     every = [replace(e, error=repeated * e.error) for e in every]
     return _strongest(every)
