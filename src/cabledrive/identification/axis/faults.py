@@ -9,8 +9,9 @@ contributions :math:`g_b` in segments of time by the differences of neighbours,
 .. math:: C = \frac{G}{2(G-1)}\sum_b (g_b - g_{b-1})^2 ,
 
 so that a fault that shows in a part of the log only does not hide itself in its own scatter. A factor beyond
-Student's t is then tried again: what logs of a sound axis show is taken off, and its scatter, a part of it, and
-the doubt about the hold of the torque are added to C.
+Student's t is then tried again: the mean square of what logs of a sound axis show, and the doubt about the
+hold of the torque, are added to C. Of faults of the joint that mean is taken off: it comes of counts and
+samples along the whole motion and is well known, not of the few stops on which laws of friction hang.
 """
 
 from collections.abc import Iterable, Sequence
@@ -33,8 +34,8 @@ SEED = 4016
 """Of the noise in logs of a sound axis: the same log gives the same result."""
 ROUNDS = 3
 """Corrections of the four parameters."""
-ALIKE = 0.3
-"""Share of what every log of a sound axis shows that the measured one may show more or less of."""
+JOINT, UNLIKE = ("backlash", "flexibility"), 0.3
+"""Faults of which sound logs show the same everywhere, and the share by which one may show more or less."""
 EFFICIENCY = 2 / 3
 """Of a variance from differences of neighbours, against one from the same number of deviations."""
 
@@ -142,8 +143,9 @@ def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence
             ).T
             always, spread = float(shown.mean()), max(0.0, float(shown.var(ddof=1) - np.mean(errors**2)))
             doubt = float(_factor_of(factors, e.name, observer.HOLD)[0].values[-1])
-            size = np.sqrt(e.error**2 + spread + (ALIKE * always) ** 2 + doubt**2)
-            every[k] = replace(e, value=e.value - always, error=float(size))
+            off, unsure = (always, UNLIKE * always) if e.fault in JOINT else (0.0, always)
+            size = np.sqrt(e.error**2 + spread + unsure**2 + doubt**2)
+            every[k] = replace(e, value=e.value - off, error=float(size))
     repeated = float(np.sqrt(seen.repetition(values)))
     every = [replace(e, error=repeated * e.error) for e in every]
     return _strongest(every)
