@@ -78,6 +78,11 @@ class AutoparametricModel:
     tension_offset: Array  # (J,): tension of each section's span above the pretension, by a steady load [N]
 
     @property
+    def damped(self) -> bool:
+        """Whether the pulley mode and the cable across are both damped."""
+        return 0.0 not in (self.modal_damping, self.transverse_damping)
+
+    @property
     def sections(self) -> int:
         """Number of vibrating sections: transverse modes in one plane."""
         return sum(mode.plane == PLANES[0] for mode in self.modes)

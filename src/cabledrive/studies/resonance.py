@@ -115,8 +115,7 @@ def resonance(
     if tuned:
         at_tuning = autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned)))
         # Zero where either mode is undamped, whatever round-off leaves of the tuning.
-        damped = 0.0 not in (at_tuning.modal_damping, at_tuning.transverse_damping)
-        at_threshold = float(threshold_torque(at_tuning)) if damped else 0.0
+        at_threshold = float(threshold_torque(at_tuning)) if at_tuning.damped else 0.0
         growth = growth_torque(at_tuning, GROWTH_FACTOR, GROWTH_TIME) if details else None
     if not details:
         missing["growth_torque"] = "not asked for"
@@ -182,12 +181,13 @@ def _reasons(
         found.append(
             "the cable has no transverse damping: at exact tuning any motion of the pulley mode excites it"
         )
-    undamped = at_tuning is not None and 0.0 in (at_tuning.modal_damping, at_tuning.transverse_damping)
-    if at_tuning is not None and undamped and np.isfinite(_guessed_threshold(at_tuning)):
-        found.append(
-            "the drive file lacks a damping: with an assumed one per cent of critical damping the "
-            f"threshold at tuning would be {_guessed_threshold(at_tuning):.4g} N m"
-        )
+    if at_tuning is not None and not at_tuning.damped:
+        guessed = _guessed_threshold(at_tuning)
+        if np.isfinite(guessed):
+            found.append(
+                "the drive file lacks a damping: with an assumed one per cent of critical damping the "
+                f"threshold at tuning would be {guessed:.4g} N m"
+            )
     if instability.slack:
         found.append(
             f"a span goes slack at q = {instability.amplitude:.4g} m before the pulley mode is built up"
