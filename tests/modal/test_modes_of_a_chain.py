@@ -9,7 +9,7 @@ from parts import by_multiplicity, finite_elements
 import cabledrive as cd
 from cabledrive.mechanics import Chain, Pendant
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal.batch import ChainBatch, many_spectra
+from cabledrive.modal.batch import batch_of, many_spectra
 
 MOTOR = Pendant(stiffness=2500.0, mass=0.4, joint=2)
 LINE = Chain(
@@ -136,17 +136,6 @@ def test_a_soft_spring_names_the_mode_that_it_holds():
 
 
 # --- Spectra of many chains in one call are those of each alone
-def batch(chains: list[Chain]) -> ChainBatch:
-    pendants = [chain.pendant or Pendant(stiffness=0.0, mass=0.0) for chain in chains]
-    return ChainBatch(
-        times=np.array([chain.travel_times for chain in chains]),
-        masses=np.array([chain.masses for chain in chains]),
-        grounds=np.array([chain.ground_springs for chain in chains]),
-        impedance=np.array([chain.impedance for chain in chains]),
-        pendant=np.array([[own.stiffness, own.mass, own.ground] for own in pendants]),
-    )
-
-
 @pytest.mark.parametrize("name", ["dissertation-2", "dissertation-3", "printer-belt", "elevator"])
 def test_each_row_equals_the_drive_alone(name):
     generator = np.random.default_rng(11)
@@ -157,7 +146,7 @@ def test_each_row_equals_the_drive_alone(name):
         keys = ("cable.mass_per_length", "pulley.0.inertia", "pulley.1.inertia")
         changes = [f"{key}={float(v * f)!r}" for key, v, f in zip(keys, values, factors, strict=True)]
         drives.append(cd.load_drive(name, overrides=["carriage=[]", *changes]))
-    omegas, done = many_spectra(batch([longitudinal_chains(drive)[0].chain for drive in drives]), 5)
+    omegas, done = many_spectra(batch_of([longitudinal_chains(drive)[0].chain for drive in drives]), 5)
     assert np.count_nonzero(done) >= 11, "rows are left to the search of one chain without need"
     for drive, omega in zip([d for d, ok in zip(drives, done, strict=True) if ok], omegas[done], strict=True):
         alone = cd.natural_frequencies(drive, count=5)[:5]
@@ -167,7 +156,7 @@ def test_each_row_equals_the_drive_alone(name):
 def test_a_line_with_free_ends_has_the_roots_of_its_equation():
     """Two equal masses m on a line of impedance Z: Z/(m w) = tan(w t/2), -cot(w t/2)."""
     ends = np.full(2, 2.0)
-    line = batch([Chain(rigidity=3.0 / 0.7, density=3.0 * 0.7, lengths=np.ones(1), masses=ends)])
+    line = batch_of([Chain(rigidity=3.0 / 0.7, density=3.0 * 0.7, lengths=np.ones(1), masses=ends)])
     (omega,), done = many_spectra(line, 4)
     assert done.all()
     half = 0.5 * omega * 0.7
@@ -179,6 +168,6 @@ def test_a_line_with_free_ends_has_the_roots_of_its_equation():
 
 def test_modes_of_one_frequency_are_left_to_the_search_of_one_chain():
     """A ring of equal spans without masses has every frequency twice."""
-    ring = batch([Chain(rigidity=1.0, density=1.0, lengths=np.ones(2), masses=np.zeros(2), closed=True)])
+    ring = batch_of([Chain(rigidity=1.0, density=1.0, lengths=np.ones(2), masses=np.zeros(2), closed=True)])
     _, done = many_spectra(ring, 3)
     assert not done.any()

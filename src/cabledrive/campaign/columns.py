@@ -1,6 +1,6 @@
 """Rows of a campaign as arrays: modes of many plain loops at once."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from cabledrive.campaign.kinds import DEFAULT_COUNT, OF_BOTH_KINDS
 from cabledrive.campaign.rows import plain_value
 from cabledrive.campaign.spec import CampaignSpec, settings_of
-from cabledrive.mechanics.chain import Pendant
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal.batch import ChainBatch
+from cabledrive.modal.batch import ChainBatch, batch_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.keys import varied_together
 
@@ -43,7 +42,7 @@ def plain_rows(
         return None
     good: NDArray[np.bool_] = np.zeros(rows, dtype=bool)
     good[[*found]] = True
-    return good, chains_of([*found.values()])
+    return good, batch_of([longitudinal_chains(drive)[0].chain for drive in found.values()])
 
 
 def _build(drive: Any) -> tuple[Any, ...] | None:
@@ -55,19 +54,6 @@ def _build(drive: Any) -> tuple[Any, ...] | None:
     return (
         motor is not None and motor.joint_stiffness is not None,
         motor is not None and motor.holding_stiffness is not None,
-    )
-
-
-def chains_of(drives: Sequence[Drive]) -> ChainBatch:
-    """What carries the longitudinal motion of plain loops of one build, as `longitudinal_chains` makes it."""
-    chains = [longitudinal_chains(drive)[0].chain for drive in drives]
-    pendants = [chain.pendant or Pendant(stiffness=0.0, mass=0.0) for chain in chains]
-    return ChainBatch(
-        times=np.array([chain.travel_times for chain in chains]),
-        masses=np.array([chain.masses for chain in chains]),
-        grounds=np.array([chain.ground_springs for chain in chains]),
-        impedance=np.array([chain.impedance for chain in chains]),
-        pendant=np.array([[own.stiffness, own.mass, own.ground] for own in pendants]),
     )
 
 

@@ -1,11 +1,13 @@
 """Certified longitudinal spectra of many drives of one build in one search."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.mechanics.chain import Chain, Pendant
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.cuts import Cut
 from cabledrive.modal.elements import ALONG, Row, Wave
@@ -31,6 +33,18 @@ class ChainBatch:
     # (n, 3): stiffness [N/m], mass [kg] and stiffness to the ground [N/m] of the motor behind a flexible
     # joint, on the first joint; zeros where there is none
     pendant: Array
+
+
+def batch_of(chains: Sequence[Chain]) -> ChainBatch:
+    """Chains of one build as one batch."""
+    pendants = [chain.pendant or Pendant(stiffness=0.0, mass=0.0) for chain in chains]
+    return ChainBatch(
+        times=np.array([chain.travel_times for chain in chains]),
+        masses=np.array([chain.masses for chain in chains]),
+        grounds=np.array([chain.ground_springs for chain in chains]),
+        impedance=np.array([chain.impedance for chain in chains]),
+        pendant=np.array([[own.stiffness, own.mass, own.ground] for own in pendants]),
+    )
 
 
 def many_spectra(chains: ChainBatch, wanted: int) -> tuple[Array, NDArray[np.bool_]]:
