@@ -30,6 +30,7 @@ from cabledrive.rig.laws.load_learning import (
     KINDS,
     announced,
     load_learning,
+    made_anew,
     run_indirect,
     told_otherwise,
 )
@@ -180,7 +181,7 @@ def track(
     if draws:
         check_drawable(loop)
     first, learnt, more = loop, None, dict[str, Any]()
-    learns = loop.controller.name == INDIRECT and not own and file is None
+    learns = made_anew(loop.controller) and file is None
     if repeat and (learns or draws):
         other = f"{INDIRECT} makes its law anew after a pulse" if learns else "draws are runs of their own"
         raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")

@@ -19,7 +19,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair, in_steps
 from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
-from cabledrive.rig.laws.load_learning import INDIRECT, SCHEDULED, announced, run_indirect, told_otherwise
+from cabledrive.rig.laws.load_learning import SCHEDULED, announced, made_anew, run_indirect, told_otherwise
 from cabledrive.rig.setting import DEGREE, Payload, Spreads
 
 CONFIDENCE = 0.95
@@ -95,8 +95,7 @@ def over(loops: Iterable[Loop], threads: int = 2) -> Draws:
     angles = np.array([name.endswith("peak") for name in names])
 
     def score(one: Loop) -> tuple[float, ...]:
-        learns = one.controller.name == INDIRECT and one.controller.own is None
-        done = run_indirect(one)[1] if learns else run(one, log=False)
+        done = run_indirect(one)[1] if made_anew(one.controller) else run(one, log=False)
         found = done.state.summary[[SUMMARY.index(name) for name in names]]
         return *np.where(angles, found / one.gear, found).tolist(), done.failed
 

@@ -16,7 +16,7 @@ from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
-from cabledrive.rig.laws.load_learning import CHANGING, INDIRECT, LOAD_LEARNING, SCHEDULED
+from cabledrive.rig.laws.load_learning import CHANGING, INDIRECT, LOAD_LEARNING, SCHEDULED, made_anew
 from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS, OPEN_LOOPS, known_name
 from cabledrive.rig.margins import bound_over_draws, closed_loop, response, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import (
@@ -67,7 +67,7 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
 
 def over_draws(loop: Loop, draws: int, seed: int) -> dict[str, Any]:
     """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
-    learns = loop.controller.name == INDIRECT and loop.controller.own is None and loop.spec.motion.pulses > 1
+    learns = made_anew(loop.controller) and loop.spec.motion.pulses > 1
     found = replace(over(sampled_loops(loop, draws, seed)), learns=learns)
     statistics = (("median_peak_error", 0.5), ("peak_error_99", 0.99), ("worst_peak_error", 1.0))
     words: dict[str, Any] = {"draws": draws}

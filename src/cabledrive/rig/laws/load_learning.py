@@ -298,6 +298,11 @@ def learnt_bounds(chain: LumpedChain, found: Learnt) -> Bounds:
     return Bounds(nominal=printed.nominal, low=printed.nominal - half, high=printed.nominal + half)
 
 
+def made_anew(made: Controller) -> bool:
+    """Whether a law is made anew after the first pulse, by what that has shown."""
+    return made.name == INDIRECT and made.own is None
+
+
 def run_indirect(loop: Loop) -> tuple[Loop, Run, Learnt | None]:
     """Run one pulse, learn, make all anew in the dwell, run the rest; the last loop, and what was learnt."""
     pause = loop.rig.first_end
