@@ -76,9 +76,9 @@ def fast_run(shape: str, sines: int, exact):
     """Error of the fast model, and the arguments of its integration."""
     taken = []
 
-    def kept(model, numbers, start, *rest):
-        taken.append((model, numbers, tuple(part.copy() for part in start), *rest))
-        return integrate(model, numbers, start, *rest)
+    def kept(numbers, start, *rest):
+        taken.append((numbers, tuple(part.copy() for part in start), *rest))
+        return integrate(numbers, start, *rest)
 
     with mock.patch.object(fast_simulation, "integrate", kept):
         result = simulate_fast(
@@ -93,8 +93,8 @@ def fast_run(shape: str, sines: int, exact):
 
 
 def integrated(arguments):
-    model, numbers, start, *rest = arguments
-    return integrate(model, numbers, tuple(part.copy() for part in start), *rest)
+    numbers, start, *rest = arguments
+    return integrate(numbers, tuple(part.copy() for part in start), *rest)
 
 
 def envelopes(result):

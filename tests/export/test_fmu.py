@@ -16,12 +16,12 @@ from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import network_response, rotor_turn
 from cabledrive.reduction.modal_cable import modal_cable
-from cabledrive.reduction.modal_cable_kernels import (
+from cabledrive.reduction.stretch_kernels import (
     cable_motion,
     cable_step,
-    new_modal_cable_state,
     start_cable,
 )
+from cabledrive.reduction.stretches import new_stretch_state
 from cabledrive.rig.closed_loop.loop_kernels import loop_step
 from export.compilers import COMPILERS, WARNINGS, checked
 from export.designs import source_of
@@ -195,7 +195,7 @@ def test_the_cable_steps_as_the_interpreted_kernel_to_the_bit(name, version, tmp
     listed = [v.name for v in one.described.modelVariables]
     torques = listed[: len(cable.inputs)]
     n = len(cable.inputs) + (len(cable.spans) if cable.sine else 0)
-    state, step = new_modal_cable_state(cable.numbers), interpreted(cable_step)
+    state, step = new_stretch_state(cable.numbers), interpreted(cable_step)
     plucks = np.array([1e-3, -4e-4]) if cable.sine else np.zeros(0)
     one.start(**{f"pluck_{span}": value for span, value in zip(cable.spans, plucks.tolist(), strict=False)})
     interpreted(start_cable)(plucks, state)
@@ -226,14 +226,14 @@ def test_a_slack_span_is_said(tmp_path):
     assert one.get("holds") == [0.0]
 
 
-@pytest.mark.kernel  # cabledrive.reduction.modal_cable_kernels
+@pytest.mark.kernel  # cabledrive.reduction.stretch_kernels
 @pytest.mark.parametrize("name", ["corexy", "lift-2-to-1"])
 def test_a_network_in_modes_responds_as_its_exact_waves(name, measured):
     """The response to sampled inputs against the dynamic stiffness with its damping."""
     drive = cd.load_drive(name)
     cable, network = modal_cable(drive), network_of(drive)
     numbers = cable.numbers
-    rows = numbers.motions
+    rows = numbers.model.motions
     k = rows.shape[1]
     gaps = []
     for hertz in np.array([0.06, 0.13, 0.21]) * cable.highest:

@@ -52,7 +52,7 @@ def test_coupling_equals_the_closed_formula_of_the_uniform_tension_model(number)
     model = autoparametric_model(TUNED, number=number)
     uniform = uniform_tension_model(TUNED, number)
     factor = np.sqrt(model.modal_mass)
-    closed = uniform.coupling[1, :, number - 1] * factor * np.sign(uniform.rims[1, 1])
+    closed = 0.5 * uniform.coupling[1, :, number - 1] * factor * np.sign(uniform.motions[1, 1])
     np.testing.assert_allclose(model.coupling, closed, rtol=1e-11)
     assert model.modal_damping == pytest.approx(uniform.damping[1, 1], abs=1e-12)
 

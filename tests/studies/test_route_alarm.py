@@ -265,7 +265,7 @@ def test_a_sum_pair_grows_above_its_threshold_and_not_below(measured):
     drive = hanging()
     state = static_state(drive, segments=240)
     modes = longitudinal_modes(drive, state, 0.0)
-    model = sagging_model(drive, state, modes, [range(1, 9), range(1, 9)])
+    model, _ = sagging_model(drive, state, modes, [range(1, 9), range(1, 9)])
     natural = float(model.natural[1])
     r, a, b = 0, 0, 1
     own = model.transverse[r, [a, b]]

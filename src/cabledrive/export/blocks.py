@@ -30,14 +30,14 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.reduction.modal_cable import ModalCable, modal_cable
-from cabledrive.reduction.modal_cable_kernels import (
+from cabledrive.reduction.stretch_kernels import (
     cable_middle,
     cable_motion,
     cable_step,
     cable_tension,
-    new_modal_cable_state,
     start_cable,
 )
+from cabledrive.reduction.stretches import new_stretch_state
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.closed_loop.loop_kernels import (
     LoopTarget,
@@ -228,7 +228,7 @@ def system_block(source: ExportSource, what: str) -> Block:
 def cable_block(drive: Drive | RoutedDrive) -> Block:
     """The cable of a drive, translated; refused: two parts whose names are one in C."""
     cable, program = modal_cable(drive), Program()
-    state = program.state("cd_cable", "cable", new_modal_cable_state(cable.numbers))
+    state = program.state("cd_cable", "cable", new_stretch_state(cable.numbers))
     frozen = program.frozen("numbers", cable.numbers)
     spans, motions = len(cable.spans), len(cable.motions)
     tensions = _named("tensions", spans)
@@ -290,7 +290,7 @@ def _notes(cable: ModalCable) -> list[str]:
     )
     steep = " or steeper than the model allows" if cable.sine else ""
     return [
-        f"{kind}: {cable.modes} modes along, up to {cable.highest:.4g} Hz; inputs are held over a step of "
-        f"{cable.interval:g} s",
+        f"{kind}: {cable.numbers.model.natural.size} modes along, up to {cable.highest:.4g} Hz; "
+        f"inputs are held over a step of {cable.interval:g} s",
         f'output "holds" becomes 0, and each further step a warning, once a span has gone slack{steep}',
     ]

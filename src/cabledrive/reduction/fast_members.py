@@ -23,12 +23,8 @@ from cabledrive.reduction.fast_simulation import (
     start_amplitudes,
     why_not,
 )
-from cabledrive.reduction.uniform_tension import (
-    UniformTensionModel,
-    coefficients,
-    integrate,
-    uniform_tension_model,
-)
+from cabledrive.reduction.stretches import StretchModel, numbers_of
+from cabledrive.reduction.uniform_tension import integrate, uniform_tension_model
 from cabledrive.simulation import Pluck, Recording, Start
 
 if TYPE_CHECKING:
@@ -107,10 +103,9 @@ def fast_ensemble(
     stride = max(1, int(1.0 / (rate * step)))
     waves = _waves(list(models.values()), members, steps, step)
     plucks = tuple(Pluck(height=_SMALL, span=span, shape=pluck_shape) for span in SPANS)
-    middle = np.sin(0.5 * pi * np.arange(1, scheme.sines + 1))
-    numbers = {key: coefficients(model, step) for key, model in models.items()}
+    numbers = {key: numbers_of(model, step) for key, model in models.items()}
     plucked = {
-        key: start_amplitudes(drives[key], model, Start(plucks=plucks))[2][0] / _SMALL
+        key: start_amplitudes(drives[key], model, Start(plucks=plucks))[2] / _SMALL
         for key, model in models.items()
     }
     motion = np.full((4, len(members), steps // stride + 1), np.nan)
@@ -119,19 +114,19 @@ def fast_ensemble(
     def run(key: tuple[float | None, ...], numbered: list[int]) -> None:
         """The members of one drive: angles and midpoints, least tensions, why the model does not hold."""
         model, motor = models[key], drives[key].motor
-        rest, arms = np.zeros(model.natural.size), model.rims / model.radii
+        rest = np.zeros(model.natural.size)
         for i in numbered:
             member = members[i]
             heights = np.array([[member["pluck_upper"]], [member["pluck_lower"]]])
-            start = (heights * plucked[key])[None]
+            start = heights * plucked[key]
             torque = member["torque_amplitude"] * waves[member["torque_frequency"]]
             torque = torque + (motor.offset_torque if motor else 0.0)
             state = rest.copy(), rest.copy(), start, np.zeros_like(start)
-            one = integrate(model, numbers[key], state, torque, stride)
+            one = integrate(numbers[key], state, torque, stride)
             least[:, i], stopped[i] = one.peaks[:, 0], why_not(model, one.peaks) or ""
             if not stopped[i]:
-                motion[:2, i] = (one.along[:, 0] @ arms).T
-                motion[2:, i] = (one.across[:, 0, 0] @ middle).T
+                motion[:2, i] = model.motions[:2] @ one.along[:, 0].T
+                motion[2:, i] = np.einsum("nbm,bm->bn", one.across[:, 0], model.probes[:, :, 0])
 
     parts = {key: [i for i, own in enumerate(keys) if own == key] for key in models}
     with ThreadPoolExecutor(max_workers=threads or cpu_count() or 1) as pool:
@@ -169,7 +164,7 @@ def _varied(drive: Drive, member: Mapping[str, float]) -> Drive:
 
 
 def _waves(
-    models: list[UniformTensionModel], members: list[dict[str, float]], steps: int, step: float
+    models: list[StretchModel], members: list[dict[str, float]], steps: int, step: float
 ) -> dict[float, Array]:
     """Torque of amplitude 1 for each frequency, refused where a model has no modes."""
     times = np.arange(steps + 1, dtype=np.float64) * step
@@ -177,7 +172,7 @@ def _waves(
         f: np.sin(2 * pi * f * times) if f else np.ones_like(times)
         for f in {member["torque_frequency"] for member in members}
     }
-    lowest = min(models, key=lambda model: model.span_resonance)
+    lowest = min(models, key=lambda model: model.highest)
     for wave in waves.values():
         check_band(lowest, wave, step)
     return waves

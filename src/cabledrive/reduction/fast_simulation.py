@@ -13,12 +13,9 @@ from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, not_written, one_process
 from cabledrive.parameters.version import __version__
+from cabledrive.reduction.stretches import StretchModel, numbers_of
 from cabledrive.reduction.uniform_tension import (
-    HIGHEST_SHARE,
-    STEEPEST,
     IntegratedMotion,
-    UniformTensionModel,
-    coefficients,
     integrate,
     uniform_tension_model,
 )
@@ -32,48 +29,49 @@ from cabledrive.simulation.start import place_at_start, velocity_at_start
 SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
 
 
-def _rows(model: UniformTensionModel, recorded: IntegratedMotion, torque: Array) -> Array:
+def _rows(model: StretchModel, recorded: IntegratedMotion, torque: Array) -> Array:
     """Records, shape (records, columns of the exact model), from the motion and the torque there [N m].
 
     What the reduced model does not distinguish stays zero.
     """
-    q, p = recorded.along[:, 0], recorded.along[:, 1]
-    a, b = recorded.across[:, 0], recorded.across[:, 1]
-    stretched = np.einsum("npjm,m->nj", a**2, 0.25 * model.wave_numbers**2 * model.span)
-    tension = (
-        q @ (model.stiffness / model.span * model.stretch) + model.axial_rigidity / model.span * stretched
-    )
-    string = 0.5 * model.transverse_mass * np.einsum("npjm,m->nj", a**2, model.transverse**2)
-    carried = 0.25 * model.transverse_mass * model.carrier * stretched**2 * 4.0 / model.span
-    pumping = np.einsum("nk,kjm,npjm->nj", q, model.coupling, a**2)
-    strain = 0.25 * ((q * model.natural) ** 2).sum(axis=1)[:, None]
-    weight = -model.transverse_mass * np.einsum("njm,jm->n", a[:, 0], model.gravity_load)
+    (q, p), (a, b) = recorded.along.swapaxes(0, 1), recorded.across.swapaxes(0, 1)
+    stretched = 0.5 * np.einsum("nbm,bm->nb", a**2, model.square)
+    pumping = 0.5 * np.einsum("nk,kbm,nbm->nb", q, model.coupling, a**2)
+    string = 0.5 * np.einsum("nbm,bm->nb", a**2, model.mass * model.transverse**2)
+    strain = string + pumping + 0.5 * stretched * (stretched @ model.carried)
+    tension = model.rest + q @ model.tension.T + stretched @ model.raised.T
+    along = 0.25 * ((q * model.natural) ** 2).sum(axis=1)[:, None]
     of_spans = {
-        "mean_tension": model.pretension + tension,
-        "least_tension": model.pretension + tension,
+        "mean_tension": tension,
+        "least_tension": tension,
         "axial_energy": np.tile(0.25 * (p**2).sum(axis=1)[:, None], 2),
-        "transverse_energy": 0.5 * model.transverse_mass * np.einsum("npjm->nj", b**2),
-        "strain_energy": string + carried + pumping + strain,
+        "transverse_energy": _by_span(0.5 * np.einsum("nbm,bm->nb", b**2, model.mass)),
+        "strain_energy": _by_span(strain) + along,
     }
-    of_shafts = np.column_stack((model.rims / model.radii, model.torque_shape))
     found = {f"{name}_{span}": own[:, j] for name, own in of_spans.items() for j, span in enumerate(SPANS)}
-    found |= {f"{name}_angle": q @ shape for name, shape in zip(SHAFTS, of_shafts.T, strict=True)}
-    found |= {f"{name}_speed": p @ shape for name, shape in zip(SHAFTS, of_shafts.T, strict=True)}
+    found |= {f"{name}_angle": q @ shape for name, shape in zip(SHAFTS, model.motions, strict=True)}
+    found |= {f"{name}_speed": p @ shape for name, shape in zip(SHAFTS, model.motions, strict=True)}
     tallies = ("torque_work", "transverse_loss", "viscous_loss")
+    weight = -np.einsum("nbm,bm->n", a, model.mass * model.transverse**2 * model.sag)
     found |= {"weight_energy": weight, "torque": torque} | dict(zip(tallies, recorded.tallies.T, strict=True))
     held = [own for name, own in found.items() if "_energy" in name or name in tallies[1:]]
     found["balance"] = np.sum(held, axis=0) - found["torque_work"]
     rows = np.zeros((len(q), WIDTH + 6))
     rows[:, [COLUMN[name] for name in found]] = np.column_stack(list(found.values()))
-    middle = np.sin(0.5 * pi * np.arange(1, model.transverse.size + 1))
-    for plane, j in np.ndindex(a.shape[1:3]):
-        rows[:, WIDTH + 3 * j + (2 - plane)] = a[:, plane, j] @ middle
+    for row in range(a.shape[1]):
+        plane, span = divmod(row, len(SPANS))
+        rows[:, WIDTH + 3 * span + (2 - plane)] = a[:, row] @ model.probes[row, :, 0]
     return rows
+
+
+def _by_span(rows: Array) -> Array:
+    """Sums over the planes, shape (records, spans), of values of the rows."""
+    return rows.reshape(len(rows), -1, len(SPANS)).sum(axis=1)
 
 
 def _result(
     drive: Drive,
-    model: UniformTensionModel,
+    model: StretchModel,
     recorded: IntegratedMotion,
     torque: tuple[Array, str],
     grid: tuple[int, float, int],
@@ -87,9 +85,9 @@ def _result(
     rows = _rows(model, recorded, torque[0][: len(recorded.along)])
     if diverged := len(rows) < steps // stride + 1:
         steps = stride * (len(rows) - 1)
-    times = np.arange(rows.shape[0], dtype=np.float64) * (stride * step)
+    times, length = np.arange(rows.shape[0], dtype=np.float64) * (stride * step), drive.pulley_distance
     events, stopped = _limits(model, recorded, rows, times, diverged)
-    at_rest = -0.5 * model.transverse_mass * np.sum((model.gravity_load / model.transverse) ** 2)
+    at_rest = -0.5 * np.sum(model.mass * (model.transverse * model.sag) ** 2)
     handled = rows[0, COLUMN["balance"]] - at_rest + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
     # least and largest of the records, which are as dense as the step unless a rate was asked for
     angles = {shaft: rows[:, COLUMN[f"{shaft}_angle"]] for shaft in SHAFTS}
@@ -101,11 +99,11 @@ def _result(
     return SimulationResult(
         time=times,
         rows=rows,
-        probes=tuple((span, 0.5 * model.span) for span in SPANS),
+        probes=tuple((span, 0.5 * length) for span in SPANS),
         field_time=np.empty(0),
         fields=np.empty((0, 3, 0)),
         spans=SPANS,
-        position=np.tile([0.0, 0.5 * model.span, model.span], (2, 1)),
+        position=np.tile([0.0, 0.5 * length, length], (2, 1)),
         steps=steps,
         step=step,
         largest_step=pi / max(model.natural.max(), model.transverse.max()),
@@ -119,10 +117,10 @@ def _result(
             "method": {
                 "name": "uniform-tension modes",
                 "model": "fast",
-                "sines": model.transverse.size,
+                "sines": model.slopes.size,
                 "longitudinal_modes": int(np.count_nonzero(model.natural)),
                 "step": step,
-                "ends_at_hz": HIGHEST_SHARE * model.span_resonance / (2 * pi),
+                "ends_at_hz": model.highest / (2 * pi),
             },
             "duration": steps * step,
             "torque": torque[1],
@@ -134,7 +132,7 @@ def _result(
 
 
 def _limits(
-    model: UniformTensionModel, recorded: IntegratedMotion, rows: Array, times: Array, diverged: bool
+    model: StretchModel, recorded: IntegratedMotion, rows: Array, times: Array, diverged: bool
 ) -> tuple[tuple[SlackEvent, ...], str | None]:
     """Slack and steepness, over all steps."""
     why, remedy = why_not(model, recorded.peaks), "lower the torque or use --model exact"
@@ -149,17 +147,17 @@ def _limits(
     return (), why and f"{why}: use --model exact"
 
 
-def why_not(model: UniformTensionModel, peaks: Array) -> str | None:
+def why_not(model: StretchModel, peaks: Array) -> str | None:
     """Why the model does not hold where `IntegratedMotion.peaks` were reached; None where it does."""
     for span, tension in zip(SPANS, peaks[:, 0], strict=True):
         if tension < 0.0:
             return f"the {span} span goes slack"
     if not np.all(np.isfinite(peaks)):
         return "diverged: lower the torque or the plucks"
-    slope = float(model.wave_numbers[0] * peaks[:, 1].max())
-    if slope <= STEEPEST:
+    slope = float(model.slopes[0] * peaks[:, 1].max())
+    if slope <= model.steepest:
         return None
-    return f"the cable reaches a slope of {slope:.3g}, the fast model is valid below {STEEPEST}"
+    return f"the cable reaches a slope of {slope:.3g}, the fast model is valid below {model.steepest}"
 
 
 HIDDEN_SHARE = 1e-3
@@ -240,11 +238,13 @@ def simulate_fast(
     )
     check_band(model, samples, step)
     state = start_amplitudes(drive, model, start)
-    recorded = integrate(model, coefficients(model, step), state, samples, stride)
+    if len(state[2]) > len(SPANS):
+        model = uniform_tension_model(drive, scheme.sines, planes=2)
+    recorded = integrate(numbers_of(model, step), state, samples, stride)
     # records before an amplitude outgrew the span, or the numbers
-    sizes = np.abs(recorded.across[:, 0]).max(axis=(1, 2, 3))
+    sizes = np.abs(recorded.across[:, 0]).max(axis=(1, 2))
     finite = np.isfinite(recorded.along).all(axis=(1, 2)) & np.isfinite(recorded.tallies).all(axis=1)
-    bounded = finite & (sizes < model.span)
+    bounded = finite & (sizes < drive.pulley_distance)
     if not bounded.all():
         kept = max(1, int(np.argmin(bounded)))
         along, across, tallies = recorded.along[:kept], recorded.across[:kept], recorded.tallies[:kept]
@@ -263,7 +263,7 @@ def simulate_fast(
 
 
 def grid_of(
-    model: UniformTensionModel, duration: float, scheme: FastScheme, recording: Recording
+    model: StretchModel, duration: float, scheme: FastScheme, recording: Recording
 ) -> tuple[int, int, float]:
     """Steps of a run of some length [s], steps per record and step [s]; refused where they make no sense."""
     if not (np.isfinite(duration) and duration > 0.0):
@@ -280,33 +280,31 @@ def grid_of(
     return steps, max(1, int(1.0 / (recording.rate * step))), step
 
 
-def finest_step(model: UniformTensionModel) -> float:
+def finest_step(model: StretchModel) -> float:
     """Step that resolves every mode of the model [s]."""
     return float(
         min(2 * pi / (_PER_PULLEY_PERIOD * model.natural.max()), _PER_SINE_RADIAN / model.transverse.max())
     )
 
 
-def check_band(model: UniformTensionModel, samples: Array, step: float) -> None:
+def check_band(model: StretchModel, samples: Array, step: float) -> None:
     """Refuse a torque [N m], sampled every ``step`` [s], not finite or where the model has no modes."""
     if not np.all(np.isfinite(samples)):
         raise InputRefused("torque must be finite at every step: repair the samples")
     content = np.abs(np.fft.rfft(samples * np.hanning(samples.size))) ** 2
     frequency = 2 * pi * np.fft.rfftfreq(samples.size, step)
-    top = HIGHEST_SHARE * model.span_resonance
+    top = model.highest
     hidden = content[frequency > top].sum() / max(content.sum(), 1e-300)
     if hidden > HIDDEN_SHARE:
         said = f"torque: {100 * hidden:.2g} % of its energy lies above {top / (2 * pi):.4g} Hz"
         raise InputRefused(f"{said}, where the fast model ends: use --model exact")
 
 
-def start_amplitudes(
-    drive: Drive, model: UniformTensionModel, start: Start
-) -> tuple[Array, Array, Array, Array]:
+def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[Array, Array, Array, Array]:
     """Amplitudes and rates at t = 0: sines by projection, longitudinal modes by the rims.
 
-    Returns ``q, p``, shape (k,): longitudinal amplitudes [m kg^1/2] and rates; ``a, b``, shape (planes, 2,
-    m): transverse amplitudes [m] and rates; planes w, and v where something moves in it.
+    Returns ``q, p``, shape (k,): longitudinal amplitudes [m kg^1/2] and rates; ``a, b``, shape (rows, m):
+    transverse amplitudes [m] and rates of both spans, in the plane w, and in v where something moves in it.
     Raises `InputRefused` if the start does not fit the model.
     """
     mesh = mesh_of(drive, _PROJECTION_SEGMENTS)
@@ -316,19 +314,20 @@ def start_amplitudes(
         )
     place, _ = place_at_start(mesh, cable_law(drive.cable), start)
     speed = velocity_at_start(mesh, start)
-    sines = [_sines(mesh, field, model.transverse.size) for field in (place, speed)]
-    moving = 2 if any(np.any(part[1]) for part in sines) else 1
-    shapes = np.column_stack((model.rims, model.torque_shape * drive.drive_pulley.radius))
+    sines = [_sines(mesh, field, model.slopes.size) for field in (place, speed)]
+    moving = 4 if any(np.any(part[2:]) for part in sines) else 2
+    first = drive.drive_pulley.radius
+    shapes = model.motions * np.array([[first], [drive.load_pulley.radius], [first]])
     along = []
     for field in (place, speed):
         rims = field[0, [0, mesh.segments]]
-        along.append(np.linalg.lstsq(shapes.T, np.append(rims, rims[0]), rcond=None)[0])
+        along.append(np.linalg.lstsq(shapes, np.append(rims, rims[0]), rcond=None)[0])
     return along[0], along[1], sines[0][:moving].copy(), sines[1][:moving].copy()
 
 
 def _sines(mesh: Mesh, field: Array, count: int) -> Array:
-    """Sine amplitudes of w and v on both spans, shape (2, 2, count)."""
+    """Sine amplitudes of w on both spans, then of v, shape (4, count)."""
     n = mesh.segments
     basis = np.sin(np.outer(np.arange(1, count + 1), np.arange(n + 1)) * pi / n)
     spans = np.stack([field[:, mesh.span_nodes(span)] for span in mesh.spans])
-    return np.stack([2.0 / n * spans[:, plane] @ basis.T for plane in (2, 1)])
+    return np.concatenate([2.0 / n * spans[:, plane] @ basis.T for plane in (2, 1)])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import ceil, pi
 
 import numpy as np
-from scipy.linalg import eigh, expm
+from scipy.linalg import eigh
 
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import dynamic_stiffness, rotor_turn
@@ -14,14 +14,9 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.fast_simulation import finest_step
-from cabledrive.reduction.modal_cable_kernels import ModalCableNumbers
 from cabledrive.reduction.network_chain import coupled_modes
-from cabledrive.reduction.uniform_tension import (
-    HIGHEST_SHARE,
-    coefficients,
-    first_order,
-    uniform_tension_model,
-)
+from cabledrive.reduction.stretches import StretchModel, StretchNumbers, numbers_of
+from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.simulation.network.case import slides
 from cabledrive.simulation.network.mesh import piece_names
 
@@ -34,20 +29,23 @@ MOST_MODES = 40
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModalCable:
-    """A cable in modes.
+    """A cable in modes; ``interval``: of a sample [s]; ``inputs``, ``motions``: names with their units."""
 
-    ``inputs``, ``motions``: names with their units; ``spans``: names; ``highest``: up to which the model
-    goes [Hz]; ``sine``: whether the spans vibrate across and can be plucked.
-    """
-
-    numbers: ModalCableNumbers
+    numbers: StretchNumbers
     interval: float
     inputs: tuple[tuple[str, str], ...]
     motions: tuple[tuple[str, str], ...]
     spans: tuple[str, ...]
-    highest: float
-    modes: int
-    sine: bool
+
+    @property
+    def highest(self) -> float:
+        """Up to which frequency the model goes [Hz]."""
+        return self.numbers.model.highest / (2.0 * pi)
+
+    @property
+    def sine(self) -> bool:
+        """Whether the spans vibrate across and can be plucked."""
+        return self.numbers.model.slopes.size > 0
 
 
 def modal_cable(drive: Drive | RoutedDrive, sines: int = 8) -> ModalCable:
@@ -65,24 +63,15 @@ def _loop(drive: Drive, interval: float, sines: int) -> ModalCable:
     """The equations of `uniform_tension_model`; motion in the plane w of the spans."""
     model = uniform_tension_model(drive, sines)
     steps = ceil(interval / finest_step(model))
-    shafts = np.column_stack((model.torque_shape, model.rims / model.radii))
-    names = ("motor", "drive", "load") if drive.motor and drive.motor.joint_stiffness else ("drive", "load")
-    shafts = shafts[:, -len(names) :]
-    step = interval / steps
-    numbers = coefficients(model, step)._replace(
-        steps=steps,
-        push=_push(model.natural**2, model.damping, shafts[:, [0, -1]], step),
-        motions=np.ascontiguousarray(shafts.T),
-    )
+    jointed = drive.motor and drive.motor.joint_stiffness
+    names, shown = (("motor", "drive", "load"), [2, 0, 1]) if jointed else (("drive", "load"), [0, 1])
+    model = model._replace(motions=np.ascontiguousarray(model.motions[shown]))
     return ModalCable(
-        numbers=numbers,
+        numbers=numbers_of(model, interval / steps, steps=steps, inputs=model.motions[[0, -1]].T),
         interval=interval,
         inputs=(("motor_torque", "N.m"), ("load_torque", "N.m")),
         motions=tuple((name, "rad") for name in names),
         spans=("upper", "lower"),
-        highest=HIGHEST_SHARE * model.span_resonance / (2.0 * pi),
-        modes=model.natural.size,
-        sine=True,
     )
 
 
@@ -97,35 +86,37 @@ def _network(drive: RoutedDrive, interval: float) -> ModalCable:
         top = float(np.sqrt(squares[MOST_MODES])) / (2.0 * pi)
         squares, shapes = squares[:MOST_MODES], shapes[:, :MOST_MODES]
     rows, inputs = _inputs(network)
-    damping = modal_damping(network, squares, shapes)
-    k = squares.size
     names = piece_names(network)
-    numbers = ModalCableNumbers(
-        steps=1,
-        step=interval,
-        along=expm(first_order(squares, damping) * interval),
-        push=_push(squares, damping, (rows @ shapes).T, interval),
-        across=np.zeros((4, 0)),
-        sag=np.zeros((len(names), 0)),
-        coupling=np.zeros((k, 0, 0)),
-        carried=np.zeros(0),
-        stretching=np.zeros(0),
-        wave_numbers=np.zeros(0),
-        middle=np.zeros(0),
-        factors=np.zeros(3),
-        motions=np.ascontiguousarray(shapes),
+    k, straight = squares.size, np.zeros((len(names), 0))
+    model = StretchModel(
+        natural=np.sqrt(squares),
+        damping=modal_damping(network, squares, shapes),
+        torque_shape=np.zeros(k),
+        transverse=straight,
+        mass=straight,
+        loss=straight,
+        sag=straight,
+        direct=np.zeros((k, *straight.shape)),
+        coupling=np.zeros((k, *straight.shape)),
+        softness=np.zeros(k),
+        bend=straight,
+        square=straight,
+        carried=np.zeros((len(names), len(names))),
         rest=network.lowest_tension,
         tension=np.ascontiguousarray(network.pull @ shapes),
+        raised=np.zeros((len(names), len(names))),
+        slopes=np.zeros(0),
+        steepest=0.0,
+        probes=np.zeros((len(names), 0, 1)),
+        motions=np.ascontiguousarray(shapes),
+        highest=2.0 * pi * top,
     )
     return ModalCable(
-        numbers=numbers,
+        numbers=numbers_of(model, interval, inputs=(rows @ shapes).T),
         interval=interval,
         inputs=inputs,
         motions=tuple((name, "m" if slides(name) else "rad") for name in network.motion.names),
         spans=names,
-        highest=top,
-        modes=k,
-        sine=False,
     )
 
 
@@ -152,15 +143,6 @@ def modal_damping(network: Network, squares: Array, shapes: Array) -> Array:
             force = dynamic_stiffness(network, complex(omega), damped=True) @ shapes[:, i]
             damping[i, i] = float((shapes[:, i] @ force).imag) / omega
     return damping
-
-
-def _push(squares: Array, damping: Array, forces: Array, step: float) -> Array:
-    """What unit inputs held over a step add to amplitudes and rates; ``forces``, shape (k, i)."""
-    k, i = forces.shape
-    block = np.zeros((2 * k + i, 2 * k + i))
-    block[: 2 * k, : 2 * k] = first_order(squares, damping)
-    block[k : 2 * k, 2 * k :] = forces
-    return np.ascontiguousarray(expm(block * step)[: 2 * k, 2 * k :])
 
 
 def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:

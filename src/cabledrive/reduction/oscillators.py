@@ -24,7 +24,7 @@ from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel
-from cabledrive.reduction.uniform_tension import linear_flow
+from cabledrive.reduction.stretches import linear_flow
 
 
 class OscillatorCoefficients(NamedTuple):

@@ -22,10 +22,8 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, pi
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, shaft_frictions
 from cabledrive.mechanics.spans import longitudinal_chains
@@ -35,8 +33,9 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.modal.tuning import rims_of
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.sagging_kernels import integrate_sagging
 from cabledrive.reduction.static_state import StaticState, TransverseShapes, static_strain, transverse_shapes
+from cabledrive.reduction.stretch_kernels import extremes_run
+from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of
 
 SHAFTS = (DRIVE_PULLEY, LOAD_PULLEY, MOTOR)
 FEWEST_MODES, MOST_MODES = 4, 10
@@ -53,36 +52,6 @@ class LongitudinalModes:
     natural: Array  # (k,) [rad/s]; 0: the rigid motion
     rims: Array  # (k, 3): displacement at drive pulley, load pulley and motor [kg^-1/2]
     strain: Array  # (k, segments of all spans): U' per pretensioned metre [kg^-1/2 / m]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SaggingModel:
-    """Coefficients of the model; k longitudinal modes, b stretches and planes with up to m modes each.
-
-    The last of the k are followers: the static strain per force at a shaft of all modes that are not kept.
-    Their frequency, damping and shapes are zero.
-    """
-
-    natural: Array  # (k,): W [rad/s]
-    damping: Array  # (k, k): C [1/s]
-    torque_shape: Array  # (k,): modal force per torque of the motor [kg^-1/2 / m]
-    friction_shape: Array  # (3, k): rim displacement of the shafts [kg^-1/2]
-    friction: Array  # (3,): Coulomb friction at the rims [N]
-    strain: Array  # (k, segments): U' [kg^-1/2 / m]
-    stretches: tuple[TransverseShapes, ...]  # one per row of the arrays below: all of plane w, then all of v
-    planes: tuple[str, ...]
-    count: NDArray[np.int64]  # (b,): number of modes of each
-    transverse: Array  # (b, m): w [rad/s]
-    mass: Array  # (b, m): modal mass [kg]
-    loss: Array  # (b, m): damping [1/s]
-    direct: Array  # (k, b, m): L [N/m kg^-1/2]
-    coupling: Array  # (k, b, m, m): G, zero beyond BAND from the diagonal [N/m^2 kg^-1/2]
-    bend: Array  # (b, m): P per amplitude, the sag's part [-]
-    square: Array  # (b, m, m): P per product of amplitudes, in the same form [1/m]
-    carried: float  # EA^2 / (4 K Lambda) [N/m]
-    rigidity: float  # K = EA + T0, tension per strain of the pretensioned cable [N]
-    followers: NDArray[np.int64]  # shafts whose force the followers take, of `SHAFTS`
-    rim_force: float  # of the motor per torque [1/m]
 
 
 def longitudinal_modes(drive: Drive, state: StaticState, top: float, least: int = 0) -> LongitudinalModes:
@@ -142,96 +111,81 @@ def _fixed_length(drive: Drive) -> float:
 
 def sagging_model(
     drive: Drive, state: StaticState, modes: LongitudinalModes, numbers: Sequence[Sequence[int]]
-) -> SaggingModel:
-    """Coefficients of Eq. (A.36) for a state of rest and some ``numbers`` of modes of each free stretch."""
+) -> tuple[StretchModel, tuple[TransverseShapes, ...]]:
+    """Coefficients of Eq. (A.36) for a state of rest and some ``numbers`` of modes of each free stretch.
+
+    Rows are the free stretches in the plane w, then in v, filled up with modes that nothing couples.
+    Followers are the shafts with friction and the motor: the static strain per force of all modes not kept.
+    Watched are the tension at ends and middle of each piece between two joints, and the displacement at up
+    to `PROBES` points of each stretch. Returns the free stretches with these modes as well.
+    """
     flat = transverse_shapes(drive, state, numbers)
-    cable, most = drive.cable, max(len(part.numbers) for part in flat)
-    rigidity, spacing = cable.axial_rigidity, state.mesh.spacing
-    stretches, planes = (*flat, *flat), ("w",) * len(flat) + ("v",) * len(flat)
+    cable, mesh, most = drive.cable, state.mesh, max(len(part.numbers) for part in flat)
+    rigidity, spacing, k = cable.axial_rigidity, mesh.spacing, modes.natural.size
     losses, friction = _shafts(drive, modes, spacing)
     followers = np.flatnonzero((friction > 0.0) | (np.arange(len(SHAFTS)) == SHAFTS.index(MOTOR)))
     # static strain per force at the shafts of the followers, less that of the kept modes
-    softness = np.divide(1.0, modes.natural**2, out=np.zeros(modes.natural.size), where=modes.natural > 0.0)
+    softness = np.divide(1.0, modes.natural**2, out=np.zeros(k), where=modes.natural > 0.0)
     kept = (modes.rims[:, followers] * softness[:, None]).T @ modes.strain
-    left_out = static_strain(drive, state.mesh, [SHAFTS[shaft] for shaft in followers]) - kept
-    rows, behind = np.concatenate([modes.strain, left_out]), (0, followers.size)
-    size = (len(stretches), most)
+    left_out = static_strain(drive, mesh, [SHAFTS[shaft] for shaft in followers]) - kept
+    strain = np.concatenate([modes.strain, left_out])
+    points = min(PROBES, 2 * max(part.numbers[-1] for part in flat) + 5)
+    size = (2 * len(flat), most)
     transverse, mass, loss, bend = np.ones(size), np.ones(size), np.zeros(size), np.zeros(size)
-    square, direct = np.zeros((*size, most)), np.zeros((len(rows), *size))
-    coupling = np.zeros((len(rows), *size, most))
-    for b, (part, plane) in enumerate(zip(stretches, planes, strict=True)):
+    square, direct = np.zeros((*size, most)), np.zeros((len(strain), *size))
+    coupling, probes = np.zeros((len(strain), *size, most)), np.zeros((*size, points))
+    for row, part in enumerate((*flat, *flat)):
         m, here = part.omega.size, part.segments
         slopes = part.slopes * np.sqrt(spacing[here])
-        transverse[b, :m], mass[b, :m], loss[b, :m] = part.omega, part.mass, part.loss
-        strain = rows[:, here]
+        transverse[row, :m], mass[row, :m], loss[row, :m] = part.omega, part.mass, part.loss
         near = np.tri(m, k=BAND) * np.tri(m, k=BAND).T
-        coupling[:, b, :m, :m] = rigidity * near * np.einsum("ki,ai,bi->kab", strain, slopes, slopes)
-        square[b, :m, :m] = near * (slopes @ slopes.T)
-        if plane == "w":
+        coupling[:, row, :m, :m] = near * np.einsum(
+            "ki,ai,bi->kab", rigidity * strain[:, here], slopes, slopes
+        )
+        square[row, :m, :m] = 2.0 * near * (slopes @ slopes.T)
+        places = np.linspace(0, part.shapes.shape[1] - 1, points + 2).round().astype(int)
+        at = np.unique(places[1:-1])
+        probes[row, :m, : at.size] = part.shapes[:, at]
+        if row < len(flat):
             sag = state.slope[here] * np.sqrt(spacing[here])
-            direct[:, b, :m] = rigidity * np.einsum("ki,i,ai->ka", strain, sag, slopes)
-            bend[b, :m] = 2.0 * slopes @ sag
-    return SaggingModel(
-        natural=np.pad(modes.natural, behind),
-        damping=np.pad(losses, behind),
-        torque_shape=np.pad(modes.rims[:, 2], behind) / drive.drive_pulley.radius,
-        friction_shape=np.pad(modes.rims.T, ((0, 0), behind)),
-        friction=friction,
-        strain=rows,
-        stretches=stretches,
-        planes=planes,
-        count=np.array([part.omega.size for part in stretches], dtype=np.int64),
+            direct[:, row, :m] = rigidity * np.einsum("ki,i,ai->ka", strain[:, here], sag, slopes)
+            bend[row, :m] = 2.0 * slopes @ sag
+    cuts = {0, spacing.size, mesh.segments, *(int(node) for node in mesh.carriage_node)}
+    ends = itertools.pairwise(sorted(cut for cut in cuts if cut <= spacing.size))
+    watched = sorted({i for first, last in ends for i in (first, (first + last) // 2, last - 1)})
+    shared = rigidity**2 / (4.0 * (rigidity + cable.pretension) * _fixed_length(drive))
+    model = StretchModel(
+        natural=modes.natural,
+        damping=losses,
+        torque_shape=modes.rims[:, 2] / drive.drive_pulley.radius,
         transverse=transverse,
         mass=mass,
         loss=loss,
+        sag=np.zeros(size),
         direct=direct,
         coupling=coupling,
+        softness=softness,
         bend=bend,
         square=square,
-        carried=rigidity**2 / (4.0 * (rigidity + cable.pretension) * _fixed_length(drive)),
-        rigidity=rigidity + cable.pretension,
+        carried=np.full((len(bend), len(bend)), shared),
+        rest=np.ascontiguousarray(state.tension[watched]),
+        tension=np.ascontiguousarray((rigidity + cable.pretension) * strain[:, watched].T),
+        raised=np.full((len(watched), len(bend)), 2.0 * shared),
+        slopes=np.zeros(most),
+        steepest=inf,
+        probes=probes,
+        motions=np.zeros((0, k)),
+        highest=float(modes.natural.max()),
+        friction=friction,
+        friction_shape=np.ascontiguousarray(modes.rims.T),
         followers=followers,
         rim_force=1.0 / drive.drive_pulley.radius,
     )
+    return model, flat
 
 
 PROBES = 40
 """Most points of each stretch at which the displacement is watched, two and a bit for each mode."""
-
-
-class SaggingNumbers(NamedTuple):
-    """What a step needs, arrays only; see `cabledrive.reduction.sagging_model.SaggingModel`.
-
-    ``table``, shape (b, m, (1 + k) m), is the model's ``square`` and then its ``coupling`` with each of the k
-    longitudinal modes, in rows along which a step runs in one loop; ``probes``, shape (b, m, points). A rigid
-    motion strains nothing: its part of ``direct`` and ``table`` is zero. The last of the k are followers:
-    their amplitude is the force at the shafts ``followers`` [N], ``rim_force`` per torque of the motor.
-    """
-
-    stiff: Array
-    compliance: Array
-    kept: Array
-    solve: Array
-    torque_shape: Array
-    friction: Array
-    friction_shape: Array
-    impulse_rate: Array
-    solved: Array
-    counts: NDArray[np.int64]
-    natural: Array
-    spring: Array
-    mass: Array
-    loss: Array
-    direct: Array
-    table: Array
-    bend: Array
-    carried: float
-    raised: float
-    probes: Array
-    rest: Array
-    watched: Array
-    followers: NDArray[np.int64]
-    rim_force: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -244,51 +198,8 @@ class Extremes:
     tension: float  # lowest tension [N]
 
 
-def exact_spring(omega: Array, h: float) -> Array:
-    """Stiffness per mass with which a leapfrog of step h turns at exactly omega."""
-    return (2.0 * np.sin(0.5 * h * omega) / h) ** 2
-
-
-def numbers_of(model: SaggingModel, state: StaticState, h: float, detuned: float = 0.0) -> SaggingNumbers:
-    """Prepare an integration of step h [s], all transverse frequencies changed by a share ``detuned``."""
-    modes, (rows, most) = model.natural.size, model.transverse.shape
-    solve = np.asarray(np.linalg.inv(np.eye(modes) + 0.5 * h * model.damping), dtype=np.float64)
-    solved = model.friction_shape @ solve.T
-    natural = model.transverse * (1.0 + detuned)
-    mesh = state.mesh
-    cuts = {0, mesh.spacing.size, mesh.segments, *(int(node) for node in mesh.carriage_node)}
-    ends = itertools.pairwise(sorted(cut for cut in cuts if cut <= mesh.spacing.size))
-    # the tension is watched at ends and middle of each piece between two joints
-    watched = sorted({i for first, last in ends for i in (first, (first + last) // 2, last - 1)})
-    points = min(PROBES, 2 * max(number for part in model.stretches for number in part.numbers) + 5)
-    probes = np.zeros((rows, most, points))
-    for r, part in enumerate(model.stretches):
-        places = np.linspace(0, part.shapes.shape[1] - 1, points + 2).round().astype(int)
-        at = np.unique(places[1:-1])
-        probes[r, : part.omega.size, : at.size] = part.shapes[:, at]
-    table = np.concatenate([model.square[None], model.coupling]).transpose(1, 3, 0, 2)
-    shared = [name for name in SaggingNumbers._fields if hasattr(model, name)]
-    own = {name: getattr(model, name) for name in shared} | {"natural": natural}
-    return SaggingNumbers(
-        **own,
-        stiff=exact_spring(model.natural, h),
-        compliance=np.divide(1.0, model.natural**2, out=np.zeros(modes), where=model.natural > 0.0),
-        kept=solve @ (np.eye(modes) - 0.5 * h * model.damping),
-        solve=solve,
-        impulse_rate=np.maximum(np.einsum("sk,sk->s", model.friction_shape, solved), 1e-300),
-        solved=np.ascontiguousarray(solved),
-        counts=model.count,
-        spring=exact_spring(natural, h),
-        table=table.reshape(rows, most, -1),
-        raised=2.0 * model.carried,
-        probes=probes,
-        rest=np.ascontiguousarray(state.tension[watched]),
-        watched=np.ascontiguousarray(model.rigidity * model.strain[:, watched]),
-    )
-
-
 def integrate(
-    stages: list[tuple[SaggingNumbers, Array]],
+    stages: list[tuple[StretchModel, Array]],
     h: float,
     *,
     floor: float = 0.0,
@@ -297,24 +208,22 @@ def integrate(
 ) -> tuple[Extremes, Array]:
     """Move the model from rest through stages, each with its own coefficients.
 
-    ``stages``: coefficients, and the torque above the holding torque at each of their steps [N m]; ``h``:
-    step [s]; ``floor``: amplitude below which no transverse mode falls [m]; ``phase``: phase at which that
-    amplitude begins [rad]; ``history``: whether to keep the longitudinal amplitudes.
-    Returns ``history``, shape (steps, k).
+    ``stages``: model, and the torque above the holding torque at each of its steps [N m]; ``h``: step [s];
+    ``floor``: amplitude below which no transverse mode falls [m]; ``phase``: phase at which that amplitude
+    begins [rad]; ``history``: whether to keep the longitudinal amplitudes and the followers' forces.
+    Returns ``history``, shape (steps, k + f).
     """
     first = stages[0][0]
-    modes, rows, most = first.direct.shape
-    q, p = np.zeros(modes), np.zeros(modes)
-    inside = np.arange(most) < first.counts[:, None]
-    a = np.where(inside, floor * np.cos(phase), 0.0)
-    b = np.where(inside, floor * np.sin(phase) * first.natural, 0.0)
-    top, modal = np.zeros((rows, first.probes.shape[2])), np.zeros((rows, most))
-    when, done = np.zeros((rows, most)), 0
-    least, kept = np.array([np.inf]), []
-    for numbers, torque in stages:
-        recorded = np.zeros((torque.size if history else 0, modes))
+    (rows, most, points), state = first.probes.shape, new_stretch_state(numbers_of(first, h))
+    here = np.any(first.probes, axis=2)  # not the modes that only fill up
+    state.sines[:] = np.where(here, floor * np.cos(phase), 0.0)
+    state.rates[:] = np.where(here, floor * np.sin(phase) * first.transverse, 0.0)
+    top, modal, when = np.zeros((rows, points)), np.zeros((rows, most)), np.zeros((rows, most))
+    least, kept, done = np.array([np.inf]), [], 0
+    for model, torque in stages:
+        recorded = np.zeros((torque.size if history else 0, len(model.direct)))
         seen = (top, modal, when, least, recorded)
-        integrate_sagging(numbers, np.ascontiguousarray(torque), done, (h, floor), (q, p, a, b), seen)
+        extremes_run(numbers_of(model, h), state, np.ascontiguousarray(torque), done, floor, seen)
         kept.append(recorded)
         done += torque.size
     extremes = Extremes(displacement=top.max(axis=1), amplitude=modal, time=h * when, tension=float(least[0]))

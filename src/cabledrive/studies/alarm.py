@@ -12,6 +12,7 @@ them. Not included, and said in the result: back-action of the strings on the te
 dry friction.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
@@ -99,13 +100,12 @@ def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: fl
         raise NotComputed(
             "the vibration along the planned motion diverges: plan a smaller or a slower motion"
         )
-    model = prepared.models[0]
     rows = [
         (r, j, (part.span, part.ends, plane, number))
-        for r, (part, plane) in enumerate(zip(model.stretches, model.planes, strict=True))
+        for r, (plane, part) in enumerate(itertools.product("wv", prepared.stretches))
         for j, number in enumerate(part.numbers)
     ]
-    omega = np.array([model.stretches[r].omega[j] for r, j, _ in rows])
+    omega = np.array([prepared.models[0].transverse[r, j] for r, j, _ in rows])
     place = tuple(np.array([row[:2] for row in rows]).T)
     doubts, assumptions = list[str](), list[str]()
     steepest = max(state.steepest for state in prepared.states)

@@ -1,7 +1,8 @@
 """Response of cable and pulleys to a planned motion: every mode that it can excite."""
 
 import itertools
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from math import ceil, pi
 
 import numpy as np
@@ -9,8 +10,15 @@ import numpy as np
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction import sagging_model as sagging
-from cabledrive.reduction.sagging_model import Extremes, LongitudinalModes, SaggingModel, SaggingNumbers
-from cabledrive.reduction.static_state import FreeStretch, StaticState, free_stretches, static_state
+from cabledrive.reduction.sagging_model import Extremes, LongitudinalModes
+from cabledrive.reduction.static_state import (
+    FreeStretch,
+    StaticState,
+    TransverseShapes,
+    free_stretches,
+    static_state,
+)
+from cabledrive.reduction.stretches import StretchModel
 from cabledrive.studies.planned_motion import PlannedMotion, drive_along
 
 ALWAYS = (1, 2, 3, 4)
@@ -119,7 +127,8 @@ class PreparedMotion:
     time: Array
     torque: Array
     states: tuple[StaticState, ...]
-    models: tuple[SaggingModel, ...]  # one of each, or one at each of `KNOTS` instants
+    models: tuple[StretchModel, ...]  # one of each, or one at each of `KNOTS` instants
+    stretches: tuple[TransverseShapes, ...]  # free ones at the first, with their kept modes
     complete: bool  # whether all transverse modes that the motion can excite are kept
 
     def response(
@@ -132,26 +141,24 @@ class PreparedMotion:
         parametric: bool = True,
     ) -> Extremes:
         """Largest displacements along the motion; ``floor`` [m] of every mode begins at ``phase`` [rad]."""
-        stages = [(numbers, torque * part) for numbers, part in self._stages(detuned)]
-        if not parametric:
-            stages = [(numbers._replace(table=0.0 * numbers.table), part) for numbers, part in stages]
+        stages = [(model, torque * part) for model, part in self._stages(detuned, parametric)]
         return sagging.integrate(stages, self.h, floor=floor, phase=phase)[0]
 
-    def _stages(self, detuned: float) -> list[tuple[SaggingNumbers, Array]]:
+    def _stages(self, detuned: float, parametric: bool) -> Iterator[tuple[StretchModel, Array]]:
         """One stage where nothing changes; else `PARTS` between neighbouring knots, coefficients between."""
-        known = zip(self.models, self.states, strict=True)
-        numbers = [sagging.numbers_of(model, state, self.h, detuned) for model, state in known]
-        if len(numbers) == 1:
-            return [(numbers[0], self.torque)]
-        edges = np.linspace(0, self.torque.size, (len(numbers) - 1) * PARTS + 1).round().astype(int)
-        stages = []
+        models = [model._replace(transverse=(1.0 + detuned) * model.transverse) for model in self.models]
+        if not parametric:
+            models = [m._replace(coupling=0.0 * m.coupling, square=0.0 * m.square) for m in models]
+        if len(models) == 1:
+            yield models[0], self.torque
+            return
+        edges = np.linspace(0, self.torque.size, (len(models) - 1) * PARTS + 1).round().astype(int)
         for piece, (start, end) in enumerate(itertools.pairwise(edges)):
             knot, share = piece // PARTS, (piece % PARTS + 0.5) / PARTS
-            one, other = numbers[knot]._asdict(), numbers[knot + 1]._asdict()
-            changing = one.keys() - {"counts", "followers"}
+            one, other = models[knot]._asdict(), models[knot + 1]._asdict()
+            changing = one.keys() - {"followers"}
             mixed = {name: (1.0 - share) * one[name] + share * other[name] for name in changing}
-            stages.append((numbers[knot]._replace(**mixed), self.torque[start:end]))
-        return stages
+            yield models[knot]._replace(**mixed), self.torque[start:end]
 
 
 def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:
@@ -189,7 +196,7 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     )
     segments = int(np.clip(SEGMENTS_PER_MODE * needed, COARSE, MOST_SEGMENTS))
     states = [_state(d, motion, t, segments) for d, t in zip(drives, knots, strict=True)]
-    kept, models = modes.natural.size, []
+    kept, made = modes.natural.size, []
     previous: LongitudinalModes | None = None
     for d, state in zip(drives, states, strict=True):
         found = sagging.longitudinal_modes(d, state, 0.0, kept)
@@ -200,8 +207,9 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
             sign = np.where((same < 0.0) & (natural > 0.0), -1.0, 1.0)[:, None]
             rims, strain = sign * rims, sign * strain
         own = LongitudinalModes(natural=natural, rims=rims, strain=strain)
-        models.append(sagging.sagging_model(d, state, own, numbers))
+        made.append(sagging.sagging_model(d, state, own, numbers))
         previous = own
+    models = tuple(model for model, _ in made)
     fastest = max(float(np.max(modes.natural)), *(float(m.transverse.max()) for m in models), content)
     h, time = _grid(motion, fastest)
     return PreparedMotion(
@@ -209,7 +217,8 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
         time=time,
         torque=_above_holding(drives[0], motion, time, [state.holding_torque for state in states]),
         states=tuple(states),
-        models=tuple(models),
+        models=models,
+        stretches=made[0][1],
         complete=complete,
     )
 
@@ -242,12 +251,11 @@ def _tensions(
     drive: Drive, state: StaticState, modes: LongitudinalModes, torque: Array, h: float
 ) -> tuple[Array, Array, float]:
     """Lines of `excited_modes` along the motion, the transverse modes left out."""
-    still = sagging.sagging_model(drive, state, modes, [[1]] * len(free_stretches(drive, state)))
-    still = replace(still, direct=0.0 * still.direct, coupling=0.0 * still.coupling, carried=0.0)
-    numbers = sagging.numbers_of(still, state, h)
-    _, history_rows = sagging.integrate([(numbers, torque)], h, history=True)
+    still, _ = sagging.sagging_model(drive, state, modes, [[1]] * len(free_stretches(drive, state)))
+    still = still._replace(direct=0.0 * still.direct)  # nothing else begins to move them
+    _, history_rows = sagging.integrate([(still, torque)], h, history=True)
     every = max(1, history_rows.shape[0] // 2**16)
-    relative = (history_rows @ (numbers.watched / np.maximum(numbers.rest, 1e-300)))[::every]
+    relative = (history_rows @ (still.tension.T / np.maximum(still.rest, 1e-300)))[::every]
     duration = h * torque.size
     size = amplitudes(relative).max(axis=1)
     return size, 2 * pi * np.arange(size.size) / duration, duration

@@ -21,8 +21,9 @@ from cabledrive.modal import Mode
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.reduction.sagging_model import SaggingModel, longitudinal_modes, sagging_model
-from cabledrive.reduction.static_state import free_stretches, static_state
+from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
+from cabledrive.reduction.static_state import TransverseShapes, free_stretches, static_state
+from cabledrive.reduction.stretches import StretchModel
 
 ONE_TO_TWO, SUM = "1:2", "sum"
 
@@ -72,13 +73,13 @@ def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
         range(1, min(max(FEWEST, int(0.6 * pulley_mode * part.travel_time / pi) + 1), MOST) + 1)
         for part in free_stretches(drive, state)
     ]
-    model = sagging_model(drive, state, modes, numbers)
+    model, stretches = sagging_model(drive, state, modes, numbers)
     found = []
     for k, natural in enumerate(model.natural):
         if 0.0 < natural <= HIGHEST * pulley_mode:
             own = abs(natural / pulley_mode - 1.0) < 1e-9
-            for r in range(len(numbers)):  # the other plane has the same pairs
-                found += _of_stretch(model, k, r, all_of_them=own)
+            for r, part in enumerate(stretches):  # the other plane has the same pairs
+                found += _of_stretch(model, k, r, part, all_of_them=own)
     return tuple(sorted(found, key=by_threshold))
 
 
@@ -87,8 +88,10 @@ def by_threshold(pair: Any) -> tuple[float, float]:
     return inf if pair.threshold_torque is None else pair.threshold_torque, abs(pair.detuning_hz)
 
 
-def _of_stretch(model: SaggingModel, k: int, r: int, *, all_of_them: bool) -> list[CoupledPair]:
-    part, natural, found = model.stretches[r], float(model.natural[k]), []
+def _of_stretch(
+    model: StretchModel, k: int, r: int, part: TransverseShapes, *, all_of_them: bool
+) -> list[CoupledPair]:
+    natural, found = float(model.natural[k]), []
     still = abs(model.torque_shape[k]) <= 1e-9 * np.max(np.abs(model.torque_shape))
     detunings, count = natural - np.add.outer(part.omega, part.omega), part.omega.size
     off = np.abs(detunings) / natural
@@ -114,7 +117,7 @@ def _of_stretch(model: SaggingModel, k: int, r: int, *, all_of_them: bool) -> li
     return found
 
 
-def _threshold(model: SaggingModel, k: int, r: int, a: int, b: int, detuning: float) -> float:
+def _threshold(model: StretchModel, k: int, r: int, a: int, b: int, detuning: float) -> float:
     """Threshold torque of one pair [N m]; infinite where there is none."""
     loss_a, loss_b = float(model.loss[r, a]), float(model.loss[r, b])
     natural, resistance = float(model.natural[k]), float(model.natural[k] * model.damping[k, k])

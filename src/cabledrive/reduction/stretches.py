@@ -1,0 +1,156 @@
+r"""Modes along and across whose only nonlinearity is that of stretches: one model, its numbers for a step.
+
+With q the amplitudes of longitudinal modes (unit modal mass) and a those of transverse modes, which lie in
+rows b, one for each stretch of cable and plane, the energy of chapter 2 is that of linear modes and
+
+.. math::
+    V = \sum_k \big(q_k Q_k + \tfrac12 s_k Q_k^2\big) + \tfrac12\sum_{bc} N_{bc} P_b P_c, \qquad
+    Q_k = L_k^T a + \tfrac12 a^T G_k a, \quad P_b = l_b^T a + \tfrac12 a^T D_b a.
+
+:math:`Q_k` is the force of the transverse motion on mode k, :math:`P_b` twice the length that row b takes up;
+:math:`s_k` and N let the modes that are not kept, or follow, give way without inertia. G and D couple modes
+of one row alone; where they are diagonal, each sine then being by itself, so are the arrays.
+
+One step h is half a kick by the forces of V and of the torque, the exact flow of the damped linear modes,
+half a kick (Strang), Eq. (R.4):
+
+.. math:: \dot x \leftarrow \dot x + \tfrac12 h f(x), \qquad
+          (x, \dot x) \leftarrow e^{Ah}(x, \dot x), \qquad
+          A = \begin{pmatrix}0 & 1\\ -W^2 & -C\end{pmatrix},
+
+so that every linear frequency and decay is exact at any step; the coupling is of second order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cabledrive.parameters.arrays import Array, Integers
+
+
+class StretchModel(NamedTuple):
+    """Modes along (k), followers (f), rows (b) of up to m modes across, motions shown (o), tensions (x).
+
+    Followers are forces at shafts, and strain as further modes would: what holds behind the kept modes.
+    """
+
+    natural: Array  # (k,): longitudinal frequencies W [rad/s]; 0: rigid motion
+    damping: Array  # (k, k): modal damping C [1/s]
+    torque_shape: Array  # (k,): modal force per torque [kg^-1/2 / m]
+    transverse: Array  # (b, m): transverse frequencies [rad/s]
+    mass: Array  # (b, m): their modal masses [kg]
+    loss: Array  # (b, m): their damping [1/s]
+    sag: Array  # (b, m): amplitudes about which they vibrate [m]
+    direct: Array  # (k + f, b, m): L [N/m kg^-1/2]
+    coupling: Array  # (k + f, b, m) or (k + f, b, m, m): G [N/m^2 kg^-1/2]
+    softness: Array  # (k,): s [s^2]
+    bend: Array  # (b, m): l [-]
+    square: Array  # (b, m) or (b, m, m): D [1/m]
+    carried: Array  # (b, b): N [N/m]
+    rest: Array  # (x,): tensions at rest [N]
+    tension: Array  # (x, k + f): tensions per modal amplitude [N/m kg^-1/2]
+    raised: Array  # (x, b): tensions per P [N/m]
+    slopes: Array  # (m,): slope per amplitude, for the limit of steepness [1/m]
+    steepest: float  # largest slope for which the model holds [-]
+    probes: Array  # (b, m, points): displacement at watched points per amplitude
+    motions: Array  # (o, k): motions shown per modal amplitude
+    highest: float  # up to which frequency the model goes [rad/s]
+    # of shafts with Coulomb friction, none by default
+    friction: Array = np.zeros(0)  # (s,): at the rims [N]
+    friction_shape: Array = np.zeros((0, 0))  # (s, k): displacement of the rims [kg^-1/2]
+    followers: Integers = np.zeros(0, dtype=np.int64)  # (f,): shafts whose forces the followers are
+    rim_force: float = 0.0  # of the motor per torque [1/m]
+
+
+class StretchNumbers(NamedTuple):
+    """The model, and what a step of one length needs besides; i inputs are held over a sample."""
+
+    model: StretchModel
+    steps: int  # steps in a sample
+    step: float  # length of a step [s]
+    along: Array  # (2k, 2k): exact flow of the modes over a step, amplitudes then rates
+    push: Array  # (2k, i): what inputs that are held over a step add to them
+    across: Array  # (4, b, m): exact flow across: x from x, x from v, v from x, v from v
+    per_mass: Array  # (b, m): 1 / mass [1/kg]
+    table: (
+        Array  # (b, m, (1 + k + f) m): where they are full, D and then G of each mode, in one row of a loop
+    )
+    glide: Array  # (s, 2k): mean speed of the shafts' rims over a step, per amplitude and rate
+    give: Array  # (s,): the same per impulse at the rim [1/kg]
+
+
+class StretchState(NamedTuple):
+    """Amplitudes then rates (2k,); rows, their rates and accelerations (b, m); what follows is scratch."""
+
+    modes: Array
+    sines: Array
+    rates: Array
+    pull: Array
+    holds: Integers  # (1,): whether the model holds
+    fresh: Array
+    force: Array  # (k,): modal
+    stiffening: Array
+    stretched: Array  # (b,): P [m]
+    held: Array  # (f,): forces at the followers' shafts [N]
+    rubbed: Array  # (s,): friction of the last step [N]
+    products: Array
+
+
+def linear_flow(natural: Array, damping: Array | float, step: float) -> Array:
+    """Exact flow over a step [s], (4, ...): place from place and from rate, rate from place and from rate."""
+    root = np.sqrt((natural**2 - 0.25 * damping**2).astype(complex)) * step
+    decay = np.exp(-0.5 * damping * step)
+    turn = decay * np.cos(root).real
+    push = decay * step * np.sinc(root / np.pi).real
+    return np.array([turn + 0.5 * damping * push, push, -(natural**2) * push, turn - 0.5 * damping * push])
+
+
+def numbers_of(
+    model: StretchModel, step: float, *, steps: int = 1, inputs: Array | None = None
+) -> StretchNumbers:
+    """Prepare an integration with one step length [s]; ``inputs``, shape (k, i): modal force per input."""
+    from scipy.linalg import expm
+
+    k, forces = model.natural.size, np.zeros((model.natural.size, 0)) if inputs is None else inputs
+    rates = np.zeros((2 * k + forces.shape[1],) * 2)
+    rates[:k, k : 2 * k] = np.eye(k)
+    rates[k : 2 * k] = np.hstack((-np.diag(model.natural**2), -model.damping, forces))
+    flow = expm(rates * step)[: 2 * k]
+    along, rows, most = np.ascontiguousarray(flow[:, : 2 * k]), *model.sag.shape
+    shafts = model.friction_shape if model.friction.size else np.zeros((0, k))
+    glide = shafts @ (along[:k] - np.eye(k, 2 * k)) / step
+    table = np.zeros((rows, most, 0))
+    if model.coupling.ndim == 4:
+        table = np.concatenate([model.square[None], model.coupling]).transpose(1, 3, 0, 2)
+        table = table.reshape(rows, most, -1)
+    return StretchNumbers(
+        model=model,
+        steps=steps,
+        step=step,
+        along=along,
+        push=np.ascontiguousarray(flow[:, 2 * k :]),
+        across=linear_flow(model.transverse, model.loss, step),
+        per_mass=1.0 / model.mass,
+        table=table,
+        glide=glide,
+        give=np.maximum(np.einsum("sk,sk->s", glide[:, k:], shafts), 1e-300),
+    )
+
+
+def new_stretch_state(numbers: StretchNumbers) -> StretchState:
+    """A cable at rest and straight."""
+    model, size, shape = numbers.model, len(numbers.along), numbers.model.sag.shape
+    return StretchState(
+        modes=np.zeros(size),
+        sines=np.zeros(shape),
+        rates=np.zeros(shape),
+        pull=np.zeros(shape),
+        holds=np.zeros(1, dtype=np.int64),
+        fresh=np.zeros(size),
+        force=np.zeros(size // 2),
+        stiffening=np.zeros(shape[1]),
+        stretched=np.zeros(shape[0]),
+        held=np.zeros(model.followers.size),
+        rubbed=np.zeros(model.friction.size),
+        products=np.zeros((shape[0], numbers.table.shape[2])),
+    )
