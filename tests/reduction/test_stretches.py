@@ -65,6 +65,8 @@ def small_model(full):
         probes=np.tile(np.array([1.0, 0.0, -1.0])[:, None], (4, 1, 1)),
         motions=np.array([[0.2, -1.0]]),
         highest=5.0,
+        friction=np.zeros(3),
+        friction_shape=np.ones((3, 2)),
         followers=np.array([2] if full else [], dtype=np.int64),
         rim_force=0.7,
     )
