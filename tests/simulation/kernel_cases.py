@@ -9,6 +9,7 @@ from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation.channels import width_of
+from cabledrive.simulation.dampers import AS_BENT, AS_STRAIGHT
 from cabledrive.simulation.methods import NAMES, integrate_steps
 from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of
 from cabledrive.simulation.start import Scheme
@@ -45,6 +46,7 @@ CASES = {
     "rigid motor, held by a spring": (RIGID_SPRUNG, "exact", {}),
     "motor, smoothed": (MOTORED, "exact", {"smoothing_speed": 0.1}),
     "axial damping": (LOOP, "exact", {"axial_damping": 4.5}),
+    "axial damping, bent": (LOOP, "exact", {"axial_damping": 4.5, "bent": True}),
     "axial damping, line": (replace(LOOP, kind="line"), "exact", {"axial_damping": 0.1}),
     "axial damping, linear": (LOOP, "linear", {"axial_damping": 4.5}),
     "everything": (
@@ -53,7 +55,7 @@ CASES = {
         {"axial_damping": 4.5, "transverse_damping": 20.0, "forces": ((2, 1), (9, 0))},
     ),
     "slack": (LOOP, "exact", {"slack": True}),
-    "slack, damped": (LOOP, "exact", {"slack": True, "axial_damping": 0.1}),
+    "slack, damped": (LOOP, "exact", {"slack": True, "axial_damping": 0.1, "bent": True}),
     "slack, weak": (LOOP, "weak", {"slack": True}),
     "steep": (LOOP, "exact", {"steep": True}),
 }
@@ -63,13 +65,14 @@ def setting(case):
     """Plan, random start and inputs of a case, the motion some thousand times round-off of every part."""
     drive, model, options = CASES[case]
     options = dict(options)
-    slack, steep = options.pop("slack", False), options.pop("steep", False)
+    slack, steep, bent = (options.pop(name, False) for name in ("slack", "steep", "bent"))
     mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable, model, tension_only=slack)
     step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
     damping = options.get("transverse_damping", 0.0), options.get("axial_damping", 0.0)
     smooth = {"friction": "smoothed", "smoothing_speed": 0.1} if "smoothing_speed" in options else {}
     marks = (("upper", 0.123),), options.get("forces", ())
     plan = plan_of(mesh, law, step, damping, Scheme(slack="record", **smooth), marks)
+    plan = as_bent(plan) if bent else plan
     rng = np.random.default_rng(11)
     size = np.array([[6e-3 if slack else 2e-4], [2e-3], [2e-3]]) * (60.0 if steep else 1.0)
     x = size * rng.uniform(-1.0, 1.0, (3, mesh.nodes)) * mesh.spacing.min() * 7.0
@@ -86,6 +89,11 @@ def setting(case):
     torque = 0.5 * rng.standard_normal((STEPS, 1))
     forces = rng.standard_normal((STEPS, plan.force.shape[0]))
     return plan, start, torque, forces
+
+
+def as_bent(plan):
+    """With the matrix of the bent rope, which the long loop takes, in place of the straight one's."""
+    return plan._replace(axial=AS_BENT) if plan.axial == AS_STRAIGHT else plan
 
 
 def taken(function, plan, start, torque, forces, every=EVERY):

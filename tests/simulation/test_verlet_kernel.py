@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kernel_cases import CARRIAGES, CASES, EVERY, LOOP, SLOPED, setting, taken
+from kernel_cases import CARRIAGES, CASES, EVERY, LOOP, SLOPED, as_bent, setting, taken
 from kernel_cases import ENERGY as conserving
 from kernel_cases import NODE_CENTRED as node_centred
 from kernel_cases import VERLET as integrate
@@ -50,7 +50,7 @@ def start_of(case, *, planar=False):
     plan, start, torque, forces = setting(case)
     if planar:
         start.x[1], start.x_t[1] = 0.0, 0.0
-    return plan, start._replace(extra=auxiliary(plan, start)), torque, forces
+    return as_bent(plan), start._replace(extra=auxiliary(plan, start)), torque, forces
 
 
 def assert_equal_runs(inputs, compiled, readable, every=EVERY):
@@ -174,7 +174,7 @@ def test_shafts_stick_and_slip_as_the_readable_ones(seed, smooth):
     turns = rng.integers(0, 4, 3) > 0
     old, right = rng.uniform(-1.0, 1.0, 3) * turns, rng.uniform(-1.5, 1.5, 3)
     rubs = np.flatnonzero(coulomb * turns)
-    made = moved_by(matrix, np.zeros((3, 3)), 1.0 * turns, 1.0, np.eye(3)[rubs], coulomb[rubs])
+    made = moved_by(matrix, (np.zeros((3, 3)),) * 2, 1.0 * turns, 1.0, np.eye(3)[rubs], coulomb[rubs])
     plan = setting("motor")[0]._replace(
         **made | {"loss": matrix},
         smooth=np.full(rubs.size, smooth),

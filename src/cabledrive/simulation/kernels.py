@@ -15,6 +15,7 @@ from typing import Any
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inner, njit_strict
+from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import AXIAL_LOSS
 from cabledrive.simulation.coordinates import advance, gather, place_ends
@@ -65,7 +66,7 @@ def step_with_energy(
     for i in range(n):
         work.trial[0, i], work.trial[1, i] = work.force[i], 0.0
     add_pulls(plan, work, work.trial[1])
-    met, answer, damped = 0.0, 0.0, plan.axial != at.UNDAMPED
+    met, answer, damped = 0.0, 0.0, plan.axial != of.UNDAMPED
     for axis in range(3):
         for i in range(1, last):
             kick = plan.node[at.KICK_U if axis == 0 else at.KICK_T, i]
@@ -212,7 +213,7 @@ def integrate(
                 note_slack(plan, state)
                 if plan.stop_when_slack and slack > 0:
                     return at.SLACK
-            if plan.axial == at.TRUE_DIRECTIONS:
+            if plan.axial != of.UNDAMPED:
                 strain_directions(plan, x, work.direction)
         stored = 0.0
         if extra is not None:

@@ -14,6 +14,7 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
+from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.own_law import compiled_law, slack_of, stiffness_over_limit
 from cabledrive.simulation.plan import Plan, State, Workspace, law_of
@@ -36,8 +37,8 @@ def check_method(name: str, plan: Plan) -> None:
     law = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None
     table: dict[str, dict[str, object]] = {
         "node-centred": {
-            "carriages or unequal segments": not plan.uniform and plan.axial == at.UNDAMPED,
-            "axial damping": plan.axial != at.UNDAMPED,
+            "carriages or unequal segments": not plan.uniform and plan.axial == of.UNDAMPED,
+            "axial damping": plan.axial != of.UNDAMPED,
             "slack of a tension-only cable": plan.tension_only,
         },
         "energy-conserving": {
@@ -91,7 +92,8 @@ def integrate_steps(
     if plan.law != at.OWN or law is None:
         if plan.law not in range(len(at.KERNEL_LAWS)):
             raise ValueError(f"no kernel knows the cable law with number {plan.law}")
-        if plan.run.size and plan.law == at.EXACT and method == "verlet" and plan.axial == at.UNDAMPED:
+        fused = plan.axial == of.AS_STRAIGHT or (plan.axial == of.UNDAMPED and plan.run.size)
+        if plan.law == at.EXACT and method == "verlet" and fused:
             return _taut_or_any(given, torque, forces, every, rows, fields)
         centred = work.mean if method == "node-centred" else None
         extra = state.extra if method == "energy-conserving" else None
@@ -120,10 +122,11 @@ def _taut_or_any(given: Given, torque: Array, forces: Array, every: int, rows: A
     from cabledrive.simulation.taut import integrate_taut, rows_of
 
     lines, j = rows_of(given[1]), 0
+    damper = given[0].damper if given[0].axial == of.AS_STRAIGHT else None
     while j < len(torque):
         row = j // every
         inputs, record = (torque[j:], forces[j:]), (every, rows[row:], fields[row:])
-        taken, finite = integrate_taut(*given, inputs, record, lines)
+        taken, finite = integrate_taut(*given, inputs, record, lines, damper)
         j += taken
         if j >= len(torque) or not finite:
             return at.DONE if finite else at.NOT_FINITE
@@ -140,7 +143,7 @@ def _ask(law: CableLaw, plan: Plan, state: State, work: Workspace, recording: bo
     """What the law gives for the step to come, into the work space; whether a span is slack."""
     gradients = np.diff(state.x, axis=1) * plan.segment[at.INVERSE_SPACING]
     work.p[:] = np.stack(np.broadcast_arrays(*law.excess_components(*gradients)))
-    if plan.axial != at.UNDAMPED:
+    if plan.axial != of.UNDAMPED:
         work.direction[:] = np.stack(np.broadcast_arrays(*law.strain_gradient(*gradients)))
     if recording:
         work.damp[at.TENSION], work.damp[at.ENERGY] = law.tension(*gradients), law.energy_density(*gradients)

@@ -6,6 +6,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_inner
+from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
@@ -28,8 +29,6 @@ def move(
     else:
         kick_nodes(plan, state.x_t, work, forces)
     end_pulls(plan, work.p, work)
-    if plan.axial == at.ALONG_PIECES:
-        start_damping(plan, state.x_t[0], work)
     gather(plan, state.q, torque, work)
     turn_and_damp(plan, state.q_t, state.x_t, state.tallies, work)
 
@@ -61,12 +60,10 @@ def kick_nodes(plan: Plan, x_t: Array, work: Workspace, forces: Array) -> None:
 @njit_inner
 def turn_and_damp(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Workspace) -> None:
     """New speeds of the coordinates, with axial damping those of the nodes as well."""
-    if plan.axial == at.TRUE_DIRECTIONS:
+    if plan.axial != of.UNDAMPED:
         damp_axially(plan, q_t, x_t, tallies, work)
-        return
-    turn(plan, q_t, plan.inverse, plan.rub_mobility, plan.rub_own, work)
-    if plan.axial == at.ALONG_PIECES:
-        end_damping(plan, q_t, x_t[0], tallies, work)
+    else:
+        turn(plan, q_t, plan.inverse, plan.rub_mobility, plan.rub_own, work)
 
 
 @njit_inner
@@ -130,39 +127,31 @@ def damp_axially(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Works
 
     The damping tension of a segment, :math:`q = \beta\,d\cdot\Delta V`, acts along :math:`d` of
     `strain_directions`; V is the mean velocity, which q itself changes. Each piece answers to the speeds of
-    its ends with :math:`q = q_0 + q_a V_a + q_b V_b`.
+    its ends along its first and last segment with :math:`q = q_0 + q_a V_a + q_b V_b`.
     """
-    d, q, node = work.direction, work.damp, plan.node
+    d, q, node, n = work.direction, work.damp, plan.node, q_t.size
     for axis in range(3):
         for i in range(x_t.shape[1]):
             work.mean[axis, i] = 0.5 * (work.old[axis, i] + x_t[axis, i])
-    copy_rows(plan.matrix, work.matrix)
+    for i in range(
+        n
+    ):  # the plan holds the answers of straight ropes, for which those of bent ones stand here
+        for k in range(n):
+            work.matrix[i, k] = plan.matrix[i, k] - 0.5 * plan.dampers[i, k]
     for piece in range(plan.nodes.shape[0]):
-        first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
-        solve_span(plan, first, last, work)
+        solve_span(plan, plan.nodes[piece, 0], plan.nodes[piece, 1], work)
         for side in range(2):
-            segment = first if side == 0 else last - 1
-            pull = d[0, segment] if side == 0 else -d[0, segment]
-            row = 6 * piece + 3 * side
-            for entry in range(plan.row_start[row], plan.row_start[row + 1]):
-                own, felt = plan.row_column[entry], pull * plan.row_value[entry]
-                work.force[own] += felt * q[0, segment]
-                for other in range(2):
-                    answer, beyond = 0.5 * felt * q[1 + other, segment], 6 * piece + 3 * other
-                    for place in range(plan.row_start[beyond], plan.row_start[beyond + 1]):
-                        column, part = plan.row_column[place], answer * plan.row_value[place]
-                        work.force[own] += 2.0 * part * q_t[column]
-                        work.matrix[own, column] -= part
+            answer_of_end(plan, piece, side, q_t, work)
     invert(work.matrix, plan, work.inverse, work.mobility, work.own)
     turn(plan, q_t, work.inverse, work.mobility, work.own, work)
     loss = 0.0
     for piece in range(plan.nodes.shape[0]):
-        start = end_moved(plan, 6 * piece, q_t) + end_moved(plan, 6 * piece, work.new)
-        end = end_moved(plan, 6 * piece + 3, q_t) + end_moved(plan, 6 * piece + 3, work.new)
-        for i in range(plan.nodes[piece, 0], plan.nodes[piece, 1]):
-            q[0, i] += 0.5 * q[1, i] * start
-            q[0, i] += 0.5 * q[2, i] * end
-            loss += plan.segment[at.COMPLIANCE, i] * q[0, i] ** 2
+        first, last, power = plan.nodes[piece, 0], plan.nodes[piece, 1], 0.0
+        start, end = end_speed(plan, piece, 0, q_t, work, 0.5), end_speed(plan, piece, 1, q_t, work, 0.5)
+        for i in range(first, last):
+            q[0, i] += q[1, i] * start + q[2, i] * end
+            power += plan.segment[at.COMPLIANCE, i] * q[0, i] ** 2
+        loss += plan.piece[piece, at.ROPES] * power
     add_to(tallies, int(AXIAL_LOSS), plan.step * loss)
     for axis in range(3):
         kick = node[at.KICK_U if axis == 0 else at.KICK_T]
@@ -171,9 +160,43 @@ def damp_axially(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Works
 
 
 @njit_inner
+def answer_of_end(plan: Plan, piece: int, side: int, q_t: Array, work: Workspace) -> None:
+    """What the damper at one end of a piece does to the coordinates: to their forces and to their matrix."""
+    d, q, first, last = work.direction, work.damp, plan.nodes[piece, 0], plan.nodes[piece, 1] - 1
+    segment, sign = (first, 1.0) if side == 0 else (last, -1.0)
+    for row in range(6 * piece + 3 * side, 6 * piece + 3 * side + 3):
+        pull = sign * plan.piece[piece, at.ROPES] * d[row % 3, segment]
+        for entry in range(plan.row_start[row], plan.row_start[row + 1]):
+            own, felt = plan.row_column[entry], pull * plan.row_value[entry]
+            work.force[own] += felt * q[0, segment]
+            for other in range(6):
+                answer = 0.5 * felt * q[1 + other // 3, segment] * d[other % 3, first if other < 3 else last]
+                beyond = 6 * piece + other
+                for place in range(plan.row_start[beyond], plan.row_start[beyond + 1]):
+                    column, part = plan.row_column[place], answer * plan.row_value[place]
+                    work.force[own] += 2.0 * part * q_t[column]
+                    work.matrix[own, column] -= part
+
+
+@njit_inner
+def end_speed(plan: Plan, piece: int, side: int, q_t: Array, work: Workspace, share: float) -> float:
+    """Old speed of an end of a piece along its segment there, times a share, and half of the new one."""
+    segment, speed = plan.nodes[piece, 1] - 1 if side == 1 else plan.nodes[piece, 0], 0.0
+    for axis in range(3):
+        row = 6 * piece + 3 * side + axis
+        moved = share * end_moved(plan, row, q_t) + 0.5 * end_moved(plan, row, work.new)
+        speed += work.direction[axis, segment] * moved
+    return speed
+
+
+@njit_inner
 def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
-    """Damping tensions of a span, tridiagonal: constant part, answers to its rims' unit speeds, pivots."""
+    """Damping tensions of a piece, tridiagonal: constant part, answers to its ends, 1 / pivots."""
     d, q, link = work.direction, work.damp, 0.0
+    if plan.segment[at.COMPLIANCE, first] == 0.0:  # nothing damps it
+        for k in range(3):
+            q[k, first:last] = 0.0
+        return
     for i in range(first, last):
         own, rate, link = plan.segment[at.COMPLIANCE, i], 0.0, 0.0
         for axis in range(3):
@@ -186,14 +209,14 @@ def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
                 own += 0.5 * kick[i + 1] * d[axis, i] ** 2
                 rate += d[axis, i] * work.mean[axis, i + 1]
         q[0, i] = rate
-        q[1, i] = 0.0 if i > first else -d[0, i]
-        q[2, i] = 0.0 if i < last - 1 else d[0, i]
+        q[1, i] = 0.0 if i > first else -1.0
+        q[2, i] = 0.0 if i < last - 1 else 1.0
         if i > first:  # eliminate the segment before
-            share = link / q[3, i - 1]
+            share = link * q[3, i - 1]
             own -= share * link
             for k in range(3):
                 q[k, i] -= share * q[k, i - 1]
-        q[3, i] = own
+        q[3, i] = 1.0 / own
     for i in range(last - 1, first - 1, -1):
         link = 0.0
         for axis in range(3 if i < last - 1 else 0):
@@ -201,46 +224,4 @@ def solve_span(plan: Plan, first: int, last: int, work: Workspace) -> None:
             link -= 0.5 * kick[i + 1] * d[axis, i] * d[axis, i + 1]
         for k in range(3):
             q[k, i] -= link * q[k, min(i + 1, last - 1)]
-            q[k, i] /= q[3, i]
-
-
-@njit_inner
-def start_damping(plan: Plan, u_t: Array, work: Workspace) -> None:
-    """Damping tensions along pieces between ends at rest, from the mean speeds of their kicked nodes."""
-    q, p, pivot = work.damp[0], work.p[0], plan.damper[0]
-    for piece in range(plan.nodes.shape[0]):
-        first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
-        if plan.segment[at.COMPLIANCE, first] == 0.0:
-            continue
-        before, half = 0.0, 0.0 if last == first + 1 else 0.5 * plan.node[at.KICK_U, first + 1]
-        for i in range(first, last):
-            mean = 0.0 if i == last - 1 else u_t[i + 1] - half * (p[i + 1] - p[i])
-            q[i] = mean - before
-            before = mean
-            if i > first:
-                q[i] += half / pivot[i - 1] * q[i - 1]
-        q[last - 1] /= pivot[last - 1]
-        for i in range(last - 2, first - 1, -1):
-            q[i] = (q[i] + half * q[i + 1]) / pivot[i]
-        work.pull[piece, 0, 0] += q[first]
-        work.pull[piece, 1, 0] += q[last - 1]
-
-
-@njit_inner
-def end_damping(plan: Plan, q_t: Array, u_t: Array, tallies: Array, work: Workspace) -> None:
-    """Damping tensions along pieces with the ends' mean speeds, what they do to the nodes and take."""
-    q, loss = work.damp[0], 0.0
-    for piece in range(plan.nodes.shape[0]):
-        first, last = plan.nodes[piece, 0], plan.nodes[piece, 1]
-        if plan.segment[at.COMPLIANCE, first] == 0.0:
-            continue
-        start = 0.5 * (end_moved(plan, 6 * piece, q_t) + end_moved(plan, 6 * piece, work.new))
-        end = 0.5 * (end_moved(plan, 6 * piece + 3, q_t) + end_moved(plan, 6 * piece + 3, work.new))
-        gain, power = 0.0 if last == first + 1 else plan.node[at.KICK_U, first + 1], 0.0
-        for i in range(first, last):
-            q[i] += plan.damper[1, i] * start + plan.damper[2, i] * end
-            power += plan.segment[at.COMPLIANCE, i] * q[i] * q[i]
-            if i > first:
-                u_t[i] += gain * (q[i] - q[i - 1])
-        loss += plan.piece[piece, at.ROPES] * power
-    add_to(tallies, int(AXIAL_LOSS), plan.step * loss)
+            q[k, i] *= q[3, i]

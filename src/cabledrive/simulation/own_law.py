@@ -14,6 +14,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.compiled import why_plain
+from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.plan import Plan, State
 
@@ -48,7 +49,7 @@ def compiled_law(plan: Plan, law: CableLaw) -> CompiledLaw | str:
     """The compiled formula of a law, or why there is none."""
     if plain := why_plain():
         return plain
-    if plan.axial != at.UNDAMPED:
+    if plan.axial != of.UNDAMPED:
         return "axial damping under an own law is not compiled"
     taut = taut_law(law)
     kind = type(taut)

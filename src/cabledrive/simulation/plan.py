@@ -26,6 +26,7 @@ from cabledrive.mechanics.cable_laws import (
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.arrays import Integers
 from cabledrive.simulation.channels import TALLIES
+from cabledrive.simulation.dampers import eliminated
 from cabledrive.simulation.start import Scheme
 
 # s(z) = 1 / (1 + z + sqrt(1 + z)) for |z| <= LARGEST_Z: Chebyshev fit of degree 7, good to 2e-16.
@@ -91,9 +92,6 @@ MOST_EVENTS = 1000
 # under an own law that has grown too stiff for it.
 DONE, SLACK, NOT_FINITE, TOO_STIFF = range(4)
 
-# How segments are damped along themselves: not, along the pieces at rest, or along where they point.
-UNDAMPED, ALONG_PIECES, TRUE_DIRECTIONS = range(3)
-
 # Columns and rows of the tables of a plan.
 PRETENSION, RIGIDITY, SLACK_STRAIN, ROPES = range(4)
 SPACING, INVERSE_SPACING, COMPLIANCE = range(3)
@@ -124,7 +122,7 @@ class Plan(NamedTuple):
     tension_only: bool
     stop_when_slack: bool
     step: float  # [s]
-    axial: int  # UNDAMPED, ALONG_PIECES or TRUE_DIRECTIONS
+    axial: int  # how segments are damped, see `cabledrive.simulation.dampers`
     uniform: bool  # equal segments, no carriages, no forces
     nodes: Integers  # (pieces, 2): first and last node of each piece
     piece: Array  # (pieces, 4): T0 [N], EA [N], slack strain, parallel ropes
@@ -137,9 +135,10 @@ class Plan(NamedTuple):
     stiffness: Array  # (n, n): springs, joints and turning bodies
     damping: Array  # (2, n, n): of bearings and bodies, and of a motor joint of two pulleys
     moves: Array  # (n,): 0 of what is fixed, else 1
-    matrix: Array  # (n, n): M / step + C / 2, which acts on the new speeds
+    matrix: Array  # (n, n): M / step + C / 2, D / 2 of the dampers as well, which acts on the new speeds
     inverse: Array  # (n, n): its inverse, 0 for what is fixed
-    loss: Array  # (n, n): C, with that of dampers along pieces
+    loss: Array  # (n, n): C
+    dampers: Array  # (n, n): D, what the dampers of straight ropes do to the coordinates
     rest: Array  # (n,): weights on q, and forces at rest that friction alone holds [N]
     motor: Array  # (motors, n): turn of each rotor
     rub: Array  # (frictions, n): what rubs, per speed of q
@@ -149,7 +148,7 @@ class Plan(NamedTuple):
     smooth: Array  # (frictions,): speed over which friction is smoothed; 0: stick-slip
     stick: Integers  # (frictions,): the coordinate that rubs, -1 where there are several
     wrap: Integers  # (frictions, 2): pieces before and behind a wrap, -1 elsewhere
-    damper: Array  # (3, nodes - 1): along pieces: pivots, tension per speed of the start and of the end
+    damper: Array  # (5, nodes - 1): eliminated dampers of straight ropes, see `cabledrive.simulation.dampers`
     probe: Array  # (probes, 2): segment, and place between its ends from 0 to 1; first the middles of pieces
     force: Integers = NO_PAIRS  # (forces, 2): node, and axis
     stop: Integers = NO_NODES  # (stops,): nodes with a carriage or a force, in rising order
@@ -191,7 +190,7 @@ class Workspace(NamedTuple):
     damp: Array  # (6, segments): damping tensions and pivots; of a record, tension and energy per length
     pull: Array  # (pieces, 2, 3): components beside both ends of each piece
     force: Array  # (n,): on the coordinates
-    trial: Array  # (2, n): of these, without and with the components beyond the linear law
+    trial: Array  # (3, n): of these, without and with the components beyond the linear law, or of dampers
     right: Array  # (n,)
     new: Array  # (n,): speeds after the step
     friction: Array  # (frictions,)
@@ -200,6 +199,7 @@ class Workspace(NamedTuple):
     inverse: Array
     mobility: Array
     own: Array
+    ends: Array  # (pieces, 6): dampers at both ends: tension of ends at rest, rate by their speeds, tension
     lost: Array  # (2, TALLIES): losses of a trial
     stop: Array  # (3, 3, stops): speeds of stops before and after, and their places
 
@@ -227,20 +227,23 @@ def plan_of(
     ends = np.zeros((spans, 2, 3, 3))
     for span in range(spans):
         ends[span, [0, 1], 0, [span, 1 - span]] = 1.0
+    compliance, node = h / damper if damper else 0.0 * h, _nodes(mesh, step, transverse_damping)
+    own = np.array([(span * n, (span + 1) * n) for span in range(spans)], dtype=np.int64)
+    made = eliminated(own, compliance, node[KICK_U], np.ones(spans), ends[:, :, 0])
     return Plan(
         law=kernel_number(law),
         tension_only=law.tension_only,
         stop_when_slack=scheme.slack == "stop",
         step=step,
-        axial=TRUE_DIRECTIONS if damper else UNDAMPED,
+        axial=made.how(exact=kernel_number(law) == EXACT),
         uniform=mesh.uniform and axial_damping == 0.0 and not forces,
-        nodes=np.array([(span * n, (span + 1) * n) for span in range(spans)], dtype=np.int64),
+        nodes=own,
         piece=np.array([(*law_numbers(law), 1.0)] * spans),
-        segment=np.array([h, 1.0 / h, h / damper if damper else 0.0 * h]),
-        node=_nodes(mesh, step, transverse_damping),
+        segment=np.array([h, 1.0 / h, compliance]),
+        node=node,
         **rows_of_ends(ends),
-        **_shafts(mesh, step, scheme.smoothing_speed if scheme.friction == "smoothed" else 0.0),
-        damper=np.zeros((3, 0)),
+        **_shafts(mesh, step, scheme.smoothing_speed if scheme.friction == "smoothed" else 0.0, made.loss),
+        damper=made.table,
         probe=_probes(mesh, (*midpoints, *probes)),
         force=np.array(forces, dtype=np.int64).reshape(-1, 2),
         stop=stops,
@@ -258,9 +261,15 @@ def rows_of_ends(ends: Array) -> dict[str, Any]:
     return {"row_start": start, "row_column": column, "row_value": rows[rows != 0.0]}
 
 
-def moved_by(mass: Array, loss: Array, moves: Array, step: float, rub: Array, bound: Array) -> dict[str, Any]:
-    """What forces and friction do to coordinates over a step [s]; fields of a `Plan` as they are there."""
-    matrix, free = mass / step + 0.5 * loss, np.ix_(moves > 0.0, moves > 0.0)
+def moved_by(
+    mass: Array, losses: tuple[Array, Array], moves: Array, step: float, rub: Array, bound: Array
+) -> dict[str, Any]:
+    """What forces and friction do to coordinates over a step [s]; fields of a `Plan` as they are there.
+
+    ``losses``: of the coordinates, and of the dampers of straight ropes.
+    """
+    loss, dampers = losses
+    matrix, free = mass / step + 0.5 * (loss + dampers), np.ix_(moves > 0.0, moves > 0.0)
     inverse = np.zeros_like(matrix)
     inverse[free] = np.linalg.inv(matrix[free])
     mobility = np.ascontiguousarray(inverse @ rub.T)
@@ -268,6 +277,7 @@ def moved_by(mass: Array, loss: Array, moves: Array, step: float, rub: Array, bo
     return {
         "mass": mass,
         "loss": loss,
+        "dampers": dampers,
         "moves": moves,
         "matrix": matrix,
         "inverse": inverse,
@@ -311,7 +321,7 @@ def _nodes(mesh: Mesh, step: float, transverse_damping: float) -> Array:
     return table
 
 
-def _shafts(mesh: Mesh, step: float, smoothing_speed: float) -> dict[str, Any]:
+def _shafts(mesh: Mesh, step: float, smoothing_speed: float, dampers: Array) -> dict[str, Any]:
     """Matrices and friction of drive pulley, load pulley and motor, measured at the rim; 0 without motor."""
     shafts, radius = mesh.shafts, mesh.shafts[0].radius
     numbers = np.zeros((4, 3))
@@ -328,7 +338,9 @@ def _shafts(mesh: Mesh, step: float, smoothing_speed: float) -> dict[str, Any]:
     rest, motor = np.zeros(3), np.zeros((1, 3))
     rest[:2], motor[0, 2 if mesh.joint else 0] = mesh.weight_u[list(mesh.rims)], 1.0 / radius
     return {
-        **moved_by(mass, damping.sum(axis=0), 1.0 * turns, step, np.eye(3)[rubs], numbers[2, rubs]),
+        **moved_by(
+            mass, (damping.sum(axis=0), dampers), 1.0 * turns, step, np.eye(3)[rubs], numbers[2, rubs]
+        ),
         "stiffness": stiffness * joint + np.diag(numbers[3]),
         "damping": damping,
         "rest": rest,
@@ -372,7 +384,7 @@ def new_workspace(plan: Plan) -> Workspace:
     segments, tallies = (3, nodes - 1), (2, TALLIES)
     shapes: tuple[tuple[int, ...], ...] = ((2, 3, nodes), (2, n), tallies, segments, segments)
     shapes += ((3, nodes), (3, nodes), (3, nodes), segments, (6, nodes - 1), (pieces, 2, 3))
-    shapes += ((n,), (2, n), (n,), (n,), (k,), (k,), (n, n), (n, n), (n, k), (k,), tallies)
+    shapes += ((n,), (3, n), (n,), (n,), (k,), (k,), (n, n), (n, n), (n, k), (k,), (pieces, 6), tallies)
     shapes += ((3, 3, plan.stop.size),)
     return Workspace(*(np.zeros(shape) for shape in shapes))
 

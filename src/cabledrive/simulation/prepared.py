@@ -19,6 +19,7 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
+from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import Channel, width_of
 from cabledrive.simulation.methods import TimeGrid, auxiliary, integrate_steps
@@ -293,7 +294,7 @@ def half_step_before(
     for (first, last), law in zip(plan.nodes, laws, strict=True):
         here = slice(first, last)
         own = np.stack(law.excess_components(*gradients[:, here]))
-        if plan.axial != at.UNDAMPED and plan.segment[at.COMPLIANCE, first] > 0.0:
+        if plan.axial != of.UNDAMPED and plan.segment[at.COMPLIANCE, first] > 0.0:
             direction = np.stack(law.strain_gradient(*gradients[:, here]))
             rate = np.sum(direction * np.diff(x_t[:, first : last + 1], axis=1), axis=0)
             own = own + direction * rate / plan.segment[at.COMPLIANCE, here]

@@ -17,9 +17,10 @@ from cabledrive.mechanics.compiled import njit_in_place, njit_inner
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.coordinates import advance, gather, place_ends, turn
+from cabledrive.simulation.damped import step_damped
 from cabledrive.simulation.observe import add_to, copy_rows, keep_before, keep_extremes, observe
 from cabledrive.simulation.plan import Plan, State, Workspace
-from cabledrive.simulation.segment_laws import end_pulls, rope_of, segment_tensions, strains
+from cabledrive.simulation.segment_laws import components, end_pulls, rope_of, segment_tensions, strains
 
 BEFORE, AFTER, PLACE = range(3)
 
@@ -191,9 +192,8 @@ def step_taut(
 @njit_inner
 def record_exact(plan: Plan, state: State, work: Workspace, torque: Array, row: Array) -> float:
     """Write the record of the step before which ``work.before`` was kept, under the exact law."""
-    x, inverse = work.before[0], plan.segment[at.INVERSE_SPACING]
-    strains(plan, x, work.damp[at.TENSION], work.damp[at.ENERGY])
-    segment_tensions(rope_of(plan, 0), (0, inverse.size), x, inverse, work.p)
+    strains(plan, work.before[0], work.damp[at.TENSION], work.damp[at.ENERGY])
+    components(None, plan.bound, plan, work.before[0], work.p)
     return observe(plan, state, work, torque, row)
 
 
@@ -205,6 +205,7 @@ def integrate_taut(
     inputs: tuple[Array, Array],
     record: tuple[int, Array, Array],
     lines: Lines,
+    damped: Array | None,
 ) -> tuple[int, bool]:
     """Integrate from record to record, the first step that of a record.
 
@@ -221,7 +222,11 @@ def integrate_taut(
         taken, balance = False, 0.0
         for part in range(2):
             start, stop = (first, first + 1) if part == 0 else (first + 1, last)
-            taken = step_taut(plan, state, work, (torque[start:stop], forces[start:stop]), lines[0], lines[1])
+            given = torque[start:stop], forces[start:stop]
+            if damped is None:
+                taken = step_taut(plan, state, work, given, lines[0], lines[1])
+            else:
+                taken = step_damped(plan, state, work, given, lines[0], lines[1])
             if not taken:
                 break
             if part == 0:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.simulation.dampers import AS_STRAIGHT
 from cabledrive.simulation.plan import COMPLIANCE, INVERSE_SPACING, KICK_T, KICK_U, Plan
 
 
@@ -35,8 +36,13 @@ def damped_span_reference(
     dampers = rates.T @ (rates / plan.segment[COMPLIANCE, segments, None])
     gain = plan.node[[KICK_U, KICK_T, KICK_T], nodes].T.ravel()
     system = np.eye(gain.size) + 0.5 * gain[:, None] * dampers
+    if plan.axial == AS_STRAIGHT:  # the tensions' own matrix is that of a rope along u
+        along = _rates(np.eye(3)[[0]].T + np.zeros((3, n)))
+        matrix = np.diag(plan.segment[COMPLIANCE, segments]) + 0.5 * along * gain @ along.T
+        tension: Array = np.linalg.solve(matrix, rates @ velocity.T.ravel())
+        return tension
     between = np.linalg.solve(system, velocity.T.ravel())
-    tension: Array = (rates @ between) / plan.segment[COMPLIANCE, segments]
+    tension = (rates @ between) / plan.segment[COMPLIANCE, segments]
     return tension
 
 

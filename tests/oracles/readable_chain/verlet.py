@@ -16,8 +16,8 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.simulation import channels
+from cabledrive.simulation.dampers import UNDAMPED
 from cabledrive.simulation.plan import (
-    COMPLIANCE,
     DRAG,
     EVENTS,
     FALL_U,
@@ -28,7 +28,6 @@ from cabledrive.simulation.plan import (
     KICK_U,
     MOST_EVENTS,
     STEPS,
-    UNDAMPED,
     Plan,
     State,
     Workspace,
@@ -94,13 +93,13 @@ def step_reference(
     old, shaft_old = state.x_t.copy(), state.q_t.copy()
     new = _kicked(plan, old, excess, forces)
     shaft_force = shaft_forces_reference(plan, state, excess[0], torque)
-    matrix = plan.matrix
+    own = matrix = plan.matrix - 0.5 * plan.dampers
     direction = damper_directions(plan, law, state.x)
     if plan.axial != UNDAMPED:
         matrix, shaft_force = _with_dampers(
             plan, direction, 0.5 * (old + new), shaft_old, matrix, shaft_force
         )
-    right = shaft_force + (plan.matrix - plan.loss) @ shaft_old
+    right = shaft_force + (own - plan.loss) @ shaft_old
     shaft_new, friction = solve_shafts_reference(plan, matrix, right, shaft_old)
     if plan.axial != UNDAMPED:
         _damp(plan, state, direction, old, new, 0.5 * (shaft_old + shaft_new))
@@ -178,7 +177,12 @@ def _damp(plan: Plan, state: State, direction: Array, old: Array, new: Array, ri
     force = np.diff(direction * q, axis=1)
     new[0, 1:-1] += plan.node[KICK_U, 1:-1] * force[0]
     new[1:, 1:-1] += plan.node[KICK_T, 1:-1] * force[1:]
-    state.tallies[0, channels.AXIAL_LOSS] += plan.step * np.sum(plan.segment[COMPLIANCE] * q**2)
+    mean = 0.5 * (old + new)
+    power = 0.0
+    for span, (first, last) in enumerate(plan.nodes):
+        mean[0, [first, last]] = rims[span], rims[1 - span]
+        power += np.sum((direction * q * np.diff(mean, axis=1))[:, first:last])
+    state.tallies[0, channels.AXIAL_LOSS] += plan.step * power
 
 
 def tally_reference(

@@ -1,10 +1,4 @@
-r"""A network of spans divided into segments, with wraps where ropes slide, dry friction and axial damping.
-
-A damper :math:`\beta = b(1+\varepsilon_0)/h` in each segment acts along the straight span on the mean speeds
-V over the step, which its tension q itself changes: :math:`q_i/\beta = V_{i+1} - V_i`,
-:math:`V_i = V_i^* + \tfrac{g}{2} (q_i - q_{i-1})`, :math:`g = \Delta t/m`. The speeds of the ends are left
-open, :math:`q = q_0 + q_a V_a + q_b V_b`; what :math:`q_a, q_b` do to the coordinates is a constant matrix.
-"""
+"""A network of spans divided into segments, with wraps where ropes slide, dry friction and axial damping."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +15,14 @@ from cabledrive.mechanics.network.span_table import follows
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.plan import Plan, kernel_number, law_numbers, moved_by, rows_of_ends
+from cabledrive.simulation.dampers import eliminated
+from cabledrive.simulation.plan import (
+    Plan,
+    kernel_number,
+    law_numbers,
+    moved_by,
+    rows_of_ends,
+)
 
 
 class Wrap(NamedTuple):
@@ -182,50 +183,26 @@ def rubbing_of(
     return rows, bound, np.array(beside, dtype=np.int64).reshape(-1, 2), rest
 
 
-def axial_dampers(mesh: NetworkMesh, step: float) -> tuple[Array, Array, Array, Array]:
-    """Constant parts of the damping tensions; ``step`` [s].
-
-    Returns pivots of the elimination, damping tension per speed of the start and of the end (3, nodes - 1)
-    [-], [N s/m]; what they do to the coordinates, as dampers (n, n); tables of the segments and the nodes.
-    """
-    from scipy.linalg import solveh_banded
-
-    table, segment = np.zeros((2, 3, mesh.size - 1))
-    node = np.zeros((9, mesh.size))
-    table[0] = 1.0
-    matrix = np.zeros_like(mesh.mass)
+def tables_of(mesh: NetworkMesh, step: float) -> tuple[Array, Array]:
+    """Tables of the segments, (3, nodes - 1), and of the nodes, (9, nodes); ``step`` [s]."""
+    segment, node = np.zeros((3, mesh.size - 1)), np.zeros((9, mesh.size))
     for k, (first, last) in enumerate(mesh.nodes):
-        h, size, inner = float(mesh.spacing[k]), last - first, slice(first + 1, last)
+        h, inner = float(mesh.spacing[k]), slice(first + 1, last)
         mass, damped = float(mesh.density[k] * h), 0.5 * step * float(mesh.transverse_damping[k])
         segment[:2, first:last] = [[h], [1.0 / h]]
         node[[at.KICK_U, at.KICK_T, at.KEEP_T, at.MASS], inner] = [
             [step / mass], [step / mass / (1.0 + damped)], [(1.0 - damped) / (1.0 + damped)], [mass]
         ]  # fmt: skip
         node[at.DRAG, inner] = mesh.transverse_damping[k] * mass * mesh.ropes[k]
-        damping = float(mesh.axial_damping[k]) * (1.0 + float(mesh.tension[k] / mesh.rigidity[k]))
-        if damping == 0.0:
-            continue
-        segment[at.COMPLIANCE, first:last] = h / damping
-        half = 0.5 * step / mass
-        diagonal = np.full(size, h / damping + 2.0 * half)
-        diagonal[0] -= half  # the ends are no nodes of the piece's own
-        diagonal[-1] -= half
-        sides = np.zeros((size, 2))
-        sides[0, 0], sides[-1, 1] = -1.0, 1.0
-        bands = np.stack([np.append(0.0, np.full(size - 1, -half)), diagonal])
-        solved = solveh_banded(bands, sides) if size > 1 else sides / diagonal[:, None]
-        for i in range(1, size):
-            diagonal[i] -= half * half / diagonal[i - 1]
-        table[0, first:last], table[1:, first:last] = diagonal, solved.T
-        a, b = mesh.ends[k, 0, 0], mesh.ends[k, 1, 0]
-        first_row, last_row = (table[1, i] * a + table[2, i] * b for i in (first, last - 1))
-        matrix += mesh.ropes[k] * (np.outer(b, last_row) - np.outer(a, first_row))
-    return table, matrix, segment, node
+        if damping := float(mesh.axial_damping[k]) * (1.0 + float(mesh.tension[k] / mesh.rigidity[k])):
+            segment[at.COMPLIANCE, first:last] = h / damping
+    return segment, node
 
 
 def network_plan(mesh: NetworkMesh, laws: list[CableLaw], *, step: float, stop_when_slack: bool) -> Plan:
     """Numbers of one run; ``laws``: of each piece; ``step``: time step [s]."""
-    damper, dampers, segment, node = axial_dampers(mesh, step)
+    segment, node = tables_of(mesh, step)
+    made = eliminated(mesh.nodes, segment[at.COMPLIANCE], node[at.KICK_U], mesh.ropes, mesh.ends[:, :, 0])
     rub, bound, wrap, rest = rubbing_of(mesh.network, mesh.wraps, mesh.tension)
     middle = mesh.nodes.sum(axis=1) / 2.0
     probe = np.stack([middle // 1.0, middle % 1.0], axis=1)
@@ -238,20 +215,20 @@ def network_plan(mesh: NetworkMesh, laws: list[CableLaw], *, step: float, stop_w
         tension_only=laws[0].tension_only,
         stop_when_slack=stop_when_slack,
         step=step,
-        axial=at.ALONG_PIECES if mesh.axial_damping.any() else at.UNDAMPED,
+        axial=made.how(exact=number == at.EXACT),
         uniform=False,
         nodes=mesh.nodes,
         piece=np.array([(*law_numbers(law), ropes) for law, ropes in zip(laws, mesh.ropes, strict=True)]),
         segment=segment,
         node=node,
         **rows_of_ends(mesh.ends),
-        **moved_by(mesh.mass, mesh.damping + dampers, np.ones(len(rest)), step, rub, bound),
+        **moved_by(mesh.mass, (mesh.damping, made.loss), np.ones(len(rest)), step, rub, bound),
         stiffness=mesh.stiffness,
         damping=np.stack([mesh.damping, np.zeros_like(mesh.damping)]),
         rest=rest,
         motor=mesh.motor,
         smooth=np.zeros(bound.size),
         wrap=wrap,
-        damper=damper,
+        damper=made.table,
         probe=probe,
     )
