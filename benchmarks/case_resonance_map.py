@@ -9,8 +9,8 @@ from harness import table
 
 from cabledrive.modal.tuning import tuned_pretension
 from cabledrive.parameters import load_drive
-from cabledrive.reduction import oscillators as ensembles
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
+from cabledrive.studies import resonance_map
 from cabledrive.studies.resonance_map import growth_map
 
 TITLE = "Map of the internal resonance"
@@ -65,7 +65,7 @@ def find(axis: np.ndarray, value: float) -> int:
 
 def timed(machine):
     """Result, least wall time of the integration and of the whole call, least processor time of the call."""
-    spent, inner = [], ensembles._on_threads  # the integration as the map calls it
+    spent, inner = [], resonance_map.in_lanes  # the integration as the map calls it
 
     def watched(*given):
         began = time.perf_counter()
@@ -78,11 +78,10 @@ def timed(machine):
             torque=0.01,
             pretensions=PRETENSIONS,
             torques=TORQUES,
-            pluck=PLUCK,
             threads=2,
         )
 
-    ensembles._on_threads = watched
+    resonance_map.in_lanes = watched
     try:
         run()
         spent.clear()
@@ -93,7 +92,7 @@ def timed(machine):
             walls.append(time.perf_counter() - began[0])
             processors.append(time.process_time() - began[1])
     finally:
-        ensembles._on_threads = inner
+        resonance_map.in_lanes = inner
     return found, min(spent), min(walls), min(processors)
 
 

@@ -13,8 +13,8 @@ from scipy.special import ellipk
 import cabledrive as cd
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction import stretch_kernels as kernels
-from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model
-from cabledrive.reduction.oscillators import Largest, oscillator_coefficients, oscillator_ensemble
+from cabledrive.reduction import stretch_runs as runs
+from cabledrive.reduction.autoparametric import autoparametric_model, oscillators
 from cabledrive.reduction.static_state import static_state
 from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of
 from cabledrive.reduction.transverse_sections import largest_slope, span_tensions
@@ -144,15 +144,24 @@ def sampled(steps):
 
 def recorded(steps):
     numbers, state = started(small_model(False), SAMPLE / steps)
-    along, across, _, _ = kernels.recorded_run(numbers, state, np.full(steps + 1, TORQUE), steps)
+    along, across, _, _ = runs.recorded_run(numbers, state, np.full(steps + 1, TORQUE), steps)
     return along[-1, 0], across[-1, 0], along[-1, 1], across[-1, 1]
+
+
+def lanes(steps):
+    """The motion along alone, in the second of two lanes."""
+    numbers, _ = started(small_model(False)._replace(motions=np.eye(2)), SAMPLE / steps)
+    start = np.zeros((4, 3, 2))
+    start[:, 0, 1] = PLUCKS
+    waves = np.ones(steps + 1), np.array([0.0, TORQUE]), 0.0
+    return (runs.ensemble_run(numbers, start, waves, steps)[0][-1, :, 1],)
 
 
 def run(steps):
     """Places alone: the rates lack the last half kick."""
     numbers, state = started(small_model(True), SAMPLE / steps)
     seen = np.zeros((4, 1)), np.zeros((4, 3)), np.zeros((4, 3)), np.array([np.inf]), np.zeros((0, 3))
-    kernels.extremes_run(numbers, state, np.full(steps, TORQUE), 0, 0.0, seen)
+    runs.extremes_run(numbers, state, np.full(steps, TORQUE), 0, 0.0, seen)
     return state.modes[:2], state.sines
 
 
@@ -167,6 +176,7 @@ def sample(steps):
     [
         (sample, False, FORCES @ INPUTS),
         (recorded, False, TORQUE * small_model(False).torque_shape),
+        (lanes, False, TORQUE * small_model(False).torque_shape),
         (run, True, TORQUE * small_model(True).torque_shape),
     ],
 )
@@ -256,21 +266,21 @@ def test_one_mode_limit_is_the_nonlinear_string(whirling, measured):
     )
 
 
-def lanes(count, seed=0):
-    rng = np.random.default_rng(seed)
-    return rng.uniform(3.1, 3.5, count), rng.uniform(0.0, 0.05, count), rng.uniform(3e-4, 3e-3, (2, count))
-
-
 @pytest.mark.kernel
-@pytest.mark.parametrize("threads", [1, 2])
-def test_compiled_ensembles_equal_their_readable_twins(threads):
-    """cabledrive.reduction.oscillators, compiled and as numpy over all lanes at once."""
-    tension, torque, plucks = lanes(70)
-    model = at_pretension(autoparametric_model(damped(2.0, 8.0)), tension)
-    c = oscillator_coefficients(model, 1e-3, torque=torque)
-    compiled = oscillator_ensemble(c, plucks, 100, threads=threads)
-    for one, other in zip(compiled, oscillator_ensemble_reference(c, plucks, 100), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-14)
+def test_oscillators_are_those_of_internal_resonance():
+    """Eq. (A.9): forces of stretches and torque, damping, in the amplitudes v, q and a."""
+    model, rng = autoparametric_model(damped(2.0, 8.0), planes=2), np.random.default_rng(3)
+    numbers, root = numbers_of(oscillators(model), 1e-4), np.sqrt([model.rigid_mass, model.modal_mass])
+    state, q, a = new_stretch_state(numbers), 1e-4, 1e-3 * rng.normal(size=4)
+    state.modes[1], state.sines[:, 0] = root[1] * q, a
+    kernels.pull_sines(numbers, state)
+    np.testing.assert_allclose(root * state.force, [0.0, -model.coupling @ a**2], rtol=1e-12)
+    across = -(2.0 * q * model.coupling + model.stiffening @ a**2) * a
+    np.testing.assert_allclose(state.pull[:, 0] * model.transverse_mass, across, rtol=1e-12)
+    shape, damping = root * numbers.model.torque_shape, np.outer(root, root) * numbers.model.damping
+    np.testing.assert_allclose(shape, [model.rigid_arm, model.torque_arm], rtol=1e-12)
+    friction = model.rigid_damping, model.cross_damping, model.modal_mass * model.modal_damping
+    np.testing.assert_allclose([damping[0, 0], damping[0, 1], damping[1, 1]], friction, rtol=1e-12)
 
 
 def test_oscillators_equal_the_uniform_tension_model_of_one_mode():
@@ -279,36 +289,17 @@ def test_oscillators_equal_the_uniform_tension_model_of_one_mode():
     model, uniform = autoparametric_model(drive), uniform_tension_model(drive, 1)
     h = 2 * np.pi / model.natural / 32
     steps = int(0.5 / h)
-    largest = oscillator_ensemble(oscillator_coefficients(model, h, torque=[torque]), plucks[:, None], steps)
+    wave = torque * np.sin(model.natural * h * np.arange(steps + 1))
+    numbers, given = numbers_of(oscillators(model), h), (wave, np.ones(1), 0.0)
+    _, _, pulley, across, _ = runs.ensemble_run(numbers, plucks[:, None, None], given, steps)
     q, p, a, b = rest(uniform)
     a[:, 0] = plucks
-    wave = torque * np.sin(model.natural * h * np.arange(steps + 1))
     motion = integrate(numbers_of(uniform, h), (q, p, a, b), wave, 1)
     radii = np.array([-drive.drive_pulley.radius, drive.load_pulley.radius])
     relative = motion.along[:, 0] @ (radii @ uniform.motions[:2] * [0.0, 1.0])
-    assert largest.pulley[0] == pytest.approx(np.max(np.abs(relative)), rel=5e-3)
+    assert pulley[0, 0] == pytest.approx(np.max(np.abs(relative)), rel=5e-3)
     spans = np.max(np.abs(motion.across[:, 0, :, 0]), axis=0)
-    np.testing.assert_allclose(largest.spans[:, 0], spans, rtol=5e-3)
-
-
-# --- Ensembles in readable steps, for any number of transverse modes
-def oscillator_ensemble_reference(c, plucks, steps):
-    """Largest displacements by the oscillators themselves: half a kick, exact flow, half a kick."""
-    a = np.array(plucks, dtype=float)
-    b, q, p, v = np.zeros_like(a), np.zeros(a.shape[1:]), np.zeros(a.shape[1:]), np.zeros(a.shape[1:])
-    largest = np.zeros((1 + len(a), *a.shape[1:]))
-    for n in range(steps + 1):
-        largest = np.maximum(largest, np.abs(np.concatenate((q[None], a))))
-        h = (0.5 if n in (0, steps) else 1.0) * c.step
-        wave = np.sin(n * c.turn)
-        q_force = c.force * wave - c.cross * v - np.sum(c.push * a**2, axis=0)
-        v_force = c.rigid_force * wave - c.rigid_decay * v - c.rigid_cross * p
-        b = b - h * (c.pump * q + np.einsum("jk...,k...->j...", c.cubic, a**2)) * a
-        p, v = p + h * q_force, v + h * v_force
-        if n < steps:
-            q, p = c.along[0] * q + c.along[1] * p, c.along[2] * q + c.along[3] * p
-            a, b = c.across[0] * a + c.across[1] * b, c.across[2] * a + c.across[3] * b
-    return Largest(largest[0], largest[1:], np.concatenate((q[None], a)))
+    np.testing.assert_allclose(across[:, 0], spans, rtol=5e-3)
 
 
 # --- A sagging loop, Eq. (A.36)
@@ -382,7 +373,7 @@ def test_a_free_mode_across_dies_out_at_its_rate_down_to_the_floor():
         state.sines[:] = 1e-9
         seen = np.zeros((rows, model.probes.shape[2])), np.zeros((rows, m)), np.zeros((rows, m))
         rest_of = np.array([np.inf]), np.zeros((0, len(model.direct)))
-        kernels.extremes_run(numbers, state, np.zeros(steps), 0, floor, (*seen, *rest_of))
+        runs.extremes_run(numbers, state, np.zeros(steps), 0, floor, (*seen, *rest_of))
         size = np.hypot(state.sines, state.rates / model.transverse)
         np.testing.assert_allclose(size, expected, rtol=2e-3)
         np.testing.assert_allclose(seen[1], 1e-9, rtol=1e-3)

@@ -154,13 +154,14 @@ def modal_losses(drive: Drive, rims: Array, squares: Array) -> Array:
     ``rims``, (k, 3): displacement of drive pulley, load pulley and motor [kg^-1/2]; ``squares``, (k,): of the
     frequencies [rad^2/s^2], the strain energy of which springs take a part.
     """
-    motor, square, cable = drive.motor, drive.drive_pulley.radius**2, squares.copy()
-    if motor is not None:
-        cable -= (motor.joint_stiffness or 0.0) / square * (rims[:, 2] - rims[:, 0]) ** 2
-        cable -= (motor.holding_stiffness or 0.0) / square * rims[:, 2] ** 2
-    viscous = [(b, rims @ way) for b, _, way in shaft_frictions(drive)]
-    own = np.diag(drive.cable.axial_damping / drive.cable.axial_rigidity * cable)
-    return np.asarray(sum((b * np.outer(shape, shape) for b, shape in viscous), own))
+    motor, square, losses = drive.motor, drive.drive_pulley.radius**2, np.diag(squares)
+    turned = [(viscous, rims @ way) for viscous, _, way in shaft_frictions(drive)]
+    per_stiffness = drive.cable.axial_damping / drive.cable.axial_rigidity
+    if motor is not None:  # what their springs take
+        springs = motor.joint_stiffness or 0.0, motor.holding_stiffness or 0.0
+        ways = rims[:, 2] - rims[:, 0], rims[:, 2]
+        turned += [(-per_stiffness * k / square, way) for k, way in zip(springs, ways, strict=True)]
+    return np.asarray(sum((b * np.outer(way, way) for b, way in turned), per_stiffness * losses))
 
 
 def lumped_joint_mode(drive: Drive) -> float | None:

@@ -24,6 +24,7 @@ from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.tuning import PulleyMode, pulley_mode, rims_of
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.stretches import StretchModel
 from cabledrive.reduction.transverse_sections import (
     PLANES,
     TransverseMode,
@@ -161,6 +162,34 @@ def _strings(
         for section in rest.sections
     )
     return strings, slack
+
+
+def oscillators(model: AutoparametricModel) -> StretchModel:
+    r"""The model as stretches, to be integrated in time, Eq. (A.20); it shows q, each row is one section.
+
+    With unit modal masses along, :math:`G` becomes :math:`2G/\sqrt{M}` and :math:`P_j = a_j^2` carries N/2.
+    """
+    rigid, sections = model.rigid_arm > 0.0, (model.transverse.size, 1)
+    scale = np.array([model.rigid_mass, model.modal_mass]) ** -0.5
+    cross = model.cross_damping * scale[0] * scale[1] if rigid else 0.0
+    damping = np.array([[model.rigid_damping * scale[0] ** 2, cross], [cross, model.modal_damping]])
+    kept = slice(0 if rigid else 1, 2)
+    coupling = np.zeros((2, *sections))
+    coupling[1, :, 0] = 2.0 * scale[1] * model.coupling
+    return StretchModel(
+        natural=np.array([0.0, model.natural])[kept],
+        damping=np.ascontiguousarray(damping[kept, kept]),
+        torque_shape=(scale * [model.rigid_arm, model.torque_arm])[kept],
+        transverse=model.transverse.reshape(sections),
+        mass=model.transverse_mass.reshape(sections),
+        loss=np.full(sections, model.transverse_damping),
+        sag=np.zeros(sections),
+        coupling=coupling[kept],
+        square=np.full(sections, 2.0),
+        carried=0.5 * model.stiffening,
+        probes=np.ones((*sections, 1)),
+        motions=np.array([[0.0, scale[1]]])[:, kept],
+    )
 
 
 def at_pretension(model: AutoparametricModel, pretension: Array | float) -> AutoparametricModel:

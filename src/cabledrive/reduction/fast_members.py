@@ -1,11 +1,9 @@
 """Thousands of runs of the fast model at once, over threads: one result with labelled dimensions."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import product
 from math import pi, prod
-from os import cpu_count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,8 +21,9 @@ from cabledrive.reduction.fast_simulation import (
     start_amplitudes,
     why_not,
 )
-from cabledrive.reduction.stretches import StretchModel, numbers_of
-from cabledrive.reduction.uniform_tension import integrate, uniform_tension_model
+from cabledrive.reduction.stretch_runs import ensemble_run
+from cabledrive.reduction.stretches import StretchModel, in_lanes, numbers_of
+from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.simulation import Pluck, Recording, Start
 
 if TYPE_CHECKING:
@@ -40,6 +39,7 @@ UNITS = {
 }
 """What may be varied; where it is not given, the drive's own value, and no torque and no pluck."""
 OF_THE_DRIVE = (*OF_THE_CABLE, *OF_THE_LOAD)
+OF_THE_RUN = ("torque_amplitude", "pluck_upper", "pluck_lower")
 MOST_NUMBERS = 500_000_000
 _SMALL = 1e-6  # m, height of the pluck from which all are scaled
 
@@ -103,34 +103,32 @@ def fast_ensemble(
     stride = max(1, int(1.0 / (rate * step)))
     waves = _waves(list(models.values()), members, steps, step)
     plucks = tuple(Pluck(height=_SMALL, span=span, shape=pluck_shape) for span in SPANS)
-    numbers = {key: numbers_of(model, step) for key, model in models.items()}
     plucked = {
         key: start_amplitudes(drives[key], model, Start(plucks=plucks))[2] / _SMALL
         for key, model in models.items()
     }
+    numbers = {key: numbers_of(model, step) for key, model in models.items()}
     motion = np.full((4, len(members), steps // stride + 1), np.nan)
     least, stopped = np.empty((2, len(members))), np.full(len(members), "", dtype=object)
+    amplitude, *heights = np.array([[member[name] for member in members] for name in OF_THE_RUN])
+    together: dict[tuple[tuple[float | None, ...], float], list[int]] = {}
+    for i, (key, member) in enumerate(zip(keys, members, strict=True)):
+        together.setdefault((key, member["torque_frequency"]), []).append(i)
 
-    def run(key: tuple[float | None, ...], numbered: list[int]) -> None:
-        """The members of one drive: angles and midpoints, least tensions, why the model does not hold."""
-        model, motor = models[key], drives[key].motor
-        rest = np.zeros(model.natural.size)
-        for i in numbered:
-            member = members[i]
-            heights = np.array([[member["pluck_upper"]], [member["pluck_lower"]]])
-            start = heights * plucked[key]
-            torque = member["torque_amplitude"] * waves[member["torque_frequency"]]
-            torque = torque + (motor.offset_torque if motor else 0.0)
-            state = rest.copy(), rest.copy(), start, np.zeros_like(start)
-            one = integrate(numbers[key], state, torque, stride)
-            least[:, i], stopped[i] = one.peaks[:, 0], why_not(model, one.peaks) or ""
-            if not stopped[i]:
-                motion[:2, i] = model.motions[:2] @ one.along[:, 0].T
-                motion[2:, i] = np.einsum("nbm,bm->bn", one.across[:, 0], model.probes[:, :, 0])
+    def run(which: tuple[tuple[float | None, ...], float], own: list[int]) -> None:
+        """Members of one drive and frequency: angles and midpoints, least tensions, why it does not hold."""
+        key, frequency = which
+        motor = drives[key].motor
+        offset = motor.offset_torque if motor else 0.0
+        start = plucked[key][:, :, None] * np.array(heights)[:, None, own]
+        given = waves[frequency], amplitude[own], offset
+        angles, middles, _, reach, least[:, own] = ensemble_run(numbers[key], start, given, stride)
+        motion[:2, own], motion[2:, own] = angles[:, :2].transpose(1, 2, 0), middles.transpose(1, 2, 0)
+        for lane, i in enumerate(own):
+            stopped[i] = why_not(models[key], np.column_stack((least[:, i], reach[:, lane]))) or ""
 
-    parts = {key: [i for i, own in enumerate(keys) if own == key] for key in models}
-    with ThreadPoolExecutor(max_workers=threads or cpu_count() or 1) as pool:
-        list(pool.map(run, parts, parts.values()))
+    in_lanes(run, together.items(), threads)
+    motion[:, stopped != ""] = np.nan
     times = np.arange(motion.shape[2], dtype=np.float64) * (stride * step)
     return _labelled(values, times, motion, least, stopped)
 

@@ -25,7 +25,7 @@ from math import inf, pi
 
 import numpy as np
 
-from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, shaft_frictions
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, modal_losses, shaft_frictions
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.shapes import SlopeWave
@@ -34,7 +34,7 @@ from cabledrive.modal.tuning import rims_of
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.static_state import StaticState, TransverseShapes, static_strain, transverse_shapes
-from cabledrive.reduction.stretch_kernels import extremes_run
+from cabledrive.reduction.stretch_runs import extremes_run
 from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of
 
 SHAFTS = (DRIVE_PULLEY, LOAD_PULLEY, MOTOR)
@@ -88,17 +88,13 @@ def _strain(drive: Drive, state: StaticState, pieces: Sequence[SlopeWave]) -> Ar
     return found
 
 
-def _shafts(drive: Drive, modes: LongitudinalModes, spacing: Array) -> tuple[Array, Array]:
-    """Damping of shafts, joint and cable, (k, k) [1/s]; Coulomb friction of the shafts' rims, (3,) [N]."""
-    shafts = shaft_frictions(drive)
-    losses = (1.0 + drive.cable.prestrain) * drive.cable.axial_damping * (modes.strain * spacing)
-    losses = losses @ modes.strain.T
-    for viscous, _, way in shafts:
-        losses = losses + viscous * np.outer(modes.rims @ way, modes.rims @ way)
-    friction = np.array([coulomb for _, coulomb, _ in shafts] + [0.0])[:3]
-    if drive.motor is not None and drive.motor.joint_stiffness is None:
-        friction[0], friction[2] = friction[0] + friction[2], 0.0
-    return losses, friction
+def _frictions(drive: Drive) -> Array:
+    """Coulomb friction at the rims of the shafts, (3,) [N]; without a joint the motor's is its pulley's."""
+    friction = np.zeros(len(SHAFTS))
+    for place, (_, coulomb, _) in enumerate(shaft_frictions(drive)[: len(SHAFTS)]):
+        rigid = place == SHAFTS.index(MOTOR) and drive.motor and drive.motor.joint_stiffness is None
+        friction[0 if rigid else place] += coulomb
+    return friction
 
 
 def _fixed_length(drive: Drive) -> float:
@@ -122,7 +118,7 @@ def sagging_model(
     flat = transverse_shapes(drive, state, numbers)
     cable, mesh, most = drive.cable, state.mesh, max(len(part.numbers) for part in flat)
     rigidity, spacing, k = cable.axial_rigidity, mesh.spacing, modes.natural.size
-    losses, friction = _shafts(drive, modes, spacing)
+    friction = _frictions(drive)
     followers = np.flatnonzero((friction > 0.0) | (np.arange(len(SHAFTS)) == SHAFTS.index(MOTOR)))
     # static strain per force at the shafts of the followers, less that of the kept modes
     softness = np.divide(1.0, modes.natural**2, out=np.zeros(k), where=modes.natural > 0.0)
@@ -156,7 +152,7 @@ def sagging_model(
     shared = rigidity**2 / (4.0 * (rigidity + cable.pretension) * _fixed_length(drive))
     model = StretchModel(
         natural=modes.natural,
-        damping=losses,
+        damping=modal_losses(drive, modes.rims, modes.natural**2),
         torque_shape=modes.rims[:, 2] / drive.drive_pulley.radius,
         transverse=transverse,
         mass=mass,
@@ -171,11 +167,8 @@ def sagging_model(
         rest=np.ascontiguousarray(state.tension[watched]),
         tension=np.ascontiguousarray((rigidity + cable.pretension) * strain[:, watched].T),
         raised=np.full((len(watched), len(bend)), 2.0 * shared),
-        slopes=np.zeros(most),
-        steepest=inf,
         probes=probes,
         motions=np.zeros((0, k)),
-        highest=float(modes.natural.max()),
         friction=friction,
         friction_shape=np.ascontiguousarray(modes.rims.T),
         followers=followers,

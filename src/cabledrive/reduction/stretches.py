@@ -21,11 +21,19 @@ half a kick (Strang), Eq. (R.4):
 so that every linear frequency and decay is exact at any step; the coupling is of second order.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from os import cpu_count
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from cabledrive.parameters.arrays import Array, Integers
+
+LANES = 100
+"""Members of an ensemble that a thread steps together: as many as the processor's fast memory holds."""
+
+Key = TypeVar("Key")
 
 
 class StretchModel(NamedTuple):
@@ -37,25 +45,26 @@ class StretchModel(NamedTuple):
     natural: Array  # (k,): longitudinal frequencies W [rad/s]; 0: rigid motion
     damping: Array  # (k, k): modal damping C [1/s]
     torque_shape: Array  # (k,): modal force per torque [kg^-1/2 / m]
+    motions: Array  # (o, k): motions shown per modal amplitude
     transverse: Array  # (b, m): transverse frequencies [rad/s]
     mass: Array  # (b, m): their modal masses [kg]
     loss: Array  # (b, m): their damping [1/s]
     sag: Array  # (b, m): amplitudes about which they vibrate [m]
-    direct: Array  # (k + f, b, m): L [N/m kg^-1/2]
     coupling: Array  # (k + f, b, m) or (k + f, b, m, m): G [N/m^2 kg^-1/2]
-    softness: Array  # (k,): s [s^2]
-    bend: Array  # (b, m): l [-]
     square: Array  # (b, m) or (b, m, m): D [1/m]
     carried: Array  # (b, b): N [N/m]
-    rest: Array  # (x,): tensions at rest [N]
-    tension: Array  # (x, k + f): tensions per modal amplitude [N/m kg^-1/2]
-    raised: Array  # (x, b): tensions per P [N/m]
-    slopes: Array  # (m,): slope per amplitude, for the limit of steepness [1/m]
-    steepest: float  # largest slope for which the model holds [-]
     probes: Array  # (b, m, points): displacement at watched points per amplitude
-    motions: Array  # (o, k): motions shown per modal amplitude
-    highest: float  # up to which frequency the model goes [rad/s]
-    # of shafts with Coulomb friction, none by default
+    rest: Array = np.zeros(0)  # (x,): tensions at rest [N]
+    tension: Array = np.zeros((0, 0))  # (x, k + f): tensions per modal amplitude [N/m kg^-1/2]
+    raised: Array = np.zeros((0, 0))  # (x, b): tensions per P [N/m]
+    slopes: Array = np.zeros(0)  # (m,): slope per amplitude, for the limit of steepness [1/m]
+    steepest: float = 0.0  # largest slope for which the model holds [-]
+    highest: float = np.inf  # up to which frequency the model goes [rad/s]
+    # where G and D are full; else L, l and s are zero
+    direct: Array = np.zeros((0, 0, 0))  # (k + f, b, m): L [N/m kg^-1/2]
+    bend: Array = np.zeros((0, 0))  # (b, m): l [-]
+    softness: Array = np.zeros(0)  # (k,): s [s^2]
+    # of shafts with Coulomb friction
     friction: Array = np.zeros(0)  # (s,): at the rims [N]
     friction_shape: Array = np.zeros((0, 0))  # (s, k): displacement of the rims [kg^-1/2]
     followers: Integers = np.zeros(0, dtype=np.int64)  # (f,): shafts whose forces the followers are
@@ -109,13 +118,14 @@ def numbers_of(
     model: StretchModel, step: float, *, steps: int = 1, inputs: Array | None = None
 ) -> StretchNumbers:
     """Prepare an integration with one step length [s]; ``inputs``, shape (k, i): modal force per input."""
-    from scipy.linalg import expm
-
     k, forces = model.natural.size, np.zeros((model.natural.size, 0)) if inputs is None else inputs
+    scale = max(model.natural.max(initial=0.0), 1.0 / step)  # rates in this unit: rounding is even
     rates = np.zeros((2 * k + forces.shape[1],) * 2)
-    rates[:k, k : 2 * k] = np.eye(k)
-    rates[k : 2 * k] = np.hstack((-np.diag(model.natural**2), -model.damping, forces))
-    flow = expm(rates * step)[: 2 * k]
+    rates[:k, k : 2 * k] = scale * np.eye(k)
+    rates[k : 2 * k] = np.hstack((-np.diag(model.natural**2) / scale, -model.damping, forces / scale))
+    flow = _exponential(rates * step)[: 2 * k]
+    flow[k:] *= scale
+    flow[:, k : 2 * k] /= scale
     along, rows, most = np.ascontiguousarray(flow[:, : 2 * k]), *model.sag.shape
     shafts = model.friction_shape if model.friction.size else np.zeros((0, k))
     glide = shafts @ (along[:k] - np.eye(k, 2 * k)) / step
@@ -137,6 +147,18 @@ def numbers_of(
     )
 
 
+def _exponential(matrix: Array) -> Array:
+    """Its exponential, by its series: scipy waits for threads of BLAS, for 15 ms on a busy machine."""
+    halvings = max(0, 3 + int(np.ceil(np.log2(np.abs(matrix).sum(axis=0).max(initial=1e-300)))))
+    term = flow = np.eye(len(matrix))
+    for order in range(1, 13):
+        term = term @ matrix / (order * 2.0**halvings)
+        flow = flow + term
+    for _ in range(halvings):
+        flow = flow @ flow
+    return flow
+
+
 def new_stretch_state(numbers: StretchNumbers) -> StretchState:
     """A cable at rest and straight."""
     model, size, shape = numbers.model, len(numbers.along), numbers.model.sag.shape
@@ -154,3 +176,16 @@ def new_stretch_state(numbers: StretchNumbers) -> StretchState:
         rubbed=np.zeros(model.friction.size),
         products=np.zeros((shape[0], numbers.table.shape[2])),
     )
+
+
+def in_lanes(
+    work: Callable[[Key, list[int]], None], members: Iterable[tuple[Key, Sequence[int]]], threads: int | None
+) -> None:
+    """Run the members of an ensemble, those of each model together, `LANES` at a time.
+
+    ``work``: takes the model's key and the numbers of some of its members, and keeps what comes of them;
+    ``threads``: unless given, one per processor.
+    """
+    parts = [(key, own[i : i + LANES]) for key, own in members for i in range(0, len(own), LANES)]
+    with ThreadPoolExecutor(max_workers=threads or cpu_count() or 1) as pool:
+        list(pool.map(lambda part: work(part[0], list(part[1])), parts))

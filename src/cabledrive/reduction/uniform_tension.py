@@ -30,7 +30,7 @@ from cabledrive.modal import longitudinal_modes
 from cabledrive.modal.tuning import rims_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.stretch_kernels import recorded_run
+from cabledrive.reduction.stretch_runs import recorded_run
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, new_stretch_state
 
 STEEPEST = 0.05
@@ -78,10 +78,7 @@ def uniform_tension_model(drive: Drive, sines: int = 16, planes: int = 1) -> Str
         mass=np.full((rows, sines), 0.5 * density * length),
         loss=np.full((rows, sines), cable.transverse_damping),
         sag=sag,
-        direct=np.zeros((natural.size, rows, sines)),
         coupling=np.tile(coupling, (1, planes, 1)),
-        softness=np.zeros(natural.size),
-        bend=np.zeros((rows, sines)),
         square=np.tile(0.5 * wave_numbers**2 * length, (rows, 1)),
         carried=np.tile(np.eye(2), (planes, planes)) * cable.axial_rigidity**2 / (stiffness * length),
         rest=np.full(2, cable.pretension),

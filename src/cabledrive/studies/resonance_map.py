@@ -13,7 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from cabledrive.modal.tuning import resonant_pairs
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
+from cabledrive.reduction.autoparametric import (
+    AutoparametricModel,
+    at_pretension,
+    autoparametric_model,
+    oscillators,
+)
 from cabledrive.reduction.averaging import (
     AveragedCoefficients,
     averaged_coefficients,
@@ -23,7 +28,8 @@ from cabledrive.reduction.averaging import (
     steady_state,
 )
 from cabledrive.reduction.continuation import Branch, follow_branch
-from cabledrive.reduction.oscillators import oscillator_coefficients, oscillator_ensemble
+from cabledrive.reduction.stretch_runs import ensemble_run
+from cabledrive.reduction.stretches import in_lanes, numbers_of
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 
@@ -96,21 +102,25 @@ def growth_map(
     nearest = min(tuned, key=lambda value: abs(value - own), default=own)
     near = replace(drive, cable=replace(drive.cable, pretension=nearest))
     model = _nearest_two(autoparametric_model(near, load_torque=load_torque))
-    lanes = at_pretension(model, np.repeat(tension[None], taus.size, axis=0).ravel())
-    amplitude = np.repeat(taus, tension.size)
-    plucks = np.outer(height * np.array([1.0, 0.5])[: model.coupling.size], np.ones(amplitude.size))
-    step = 2 * np.pi / model.natural / STEPS_PER_PERIOD
-    oscillators = oscillator_coefficients(lanes, step, torque=amplitude)
-    largest = oscillator_ensemble(oscillators, plucks, int(np.ceil(duration / step)), threads=threads)
-    shape = (taus.size, tension.size)
-    pulley = largest.pulley.reshape(shape)
+    h = 2 * np.pi / model.natural / STEPS_PER_PERIOD
+    steps = int(np.ceil(duration / h))
+    wave, start = np.sin(model.natural * h * np.arange(steps + 1)), height * np.array([1.0, 0.5])
+    pulley, growth = np.empty((2, taus.size, tension.size))
+
+    def integrated(column: int, rows: list[int]) -> None:
+        numbers = numbers_of(oscillators(at_pretension(model, float(tension[column]))), h)
+        plucks = np.tile(start[: model.coupling.size, None, None], len(rows))
+        _, _, q, a, _ = ensemble_run(numbers, plucks, (wave, taus[rows], 0.0), steps + 1)
+        pulley[rows, column], growth[rows, column] = q[0], a.max(axis=0) / height
+
+    in_lanes(integrated, ((column, range(taus.size)) for column in range(tension.size)), threads)
     slack = ~(pulley <= np.asarray(at_pretension(model, tension).slack_amplitude)[None])
     return GrowthMap(
         drive=drive.name,
         drive_hash=content_hash(drive),
         pretension=tension,
         torque=taus,
-        growth=np.where(slack, np.nan, np.max(largest.spans, axis=0).reshape(shape) / height),
+        growth=np.where(slack, np.nan, growth),
         pulley=np.where(slack, np.nan, pulley),
         slack=slack,
         threshold=threshold_torque(at_pretension(model, tension)),
