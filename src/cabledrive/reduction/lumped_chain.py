@@ -77,20 +77,19 @@ class LumpedChain:
         return g.T @ np.diag(self.damping) @ g + np.diag(self.viscous)
 
 
-def state_space(chain: LumpedChain) -> tuple[Array, Array]:
-    r"""Matrices of the chain with angles and speeds as states.
+def first_order(stiffness: Array, damping: Array, masses: Array) -> tuple[Array, Array]:
+    r"""Matrices of :math:`\dot x = A x + B f` with displacements and speeds as states, n of each.
 
-    .. math:: \dot x = A x + B \tau_c, \qquad x = [\theta_1 \dots \theta_n, \dot\theta_1 \dots \dot\theta_n]
-
-    Returns ``a``, shape (2n, 2n); ``b``, shape (2n, n): one column per inertia on which a torque acts.
+    ``masses``, shape (n,). Returns ``a``, shape (2n, 2n); ``b``, shape (2n, n): one column per force.
     """
-    n = chain.size
-    inverse = np.diag(1.0 / np.array(chain.inertias))
-    a = np.zeros((2 * n, 2 * n))
-    a[:n, n:] = np.eye(n)
-    a[n:, :n] = -inverse @ chain.stiffness_matrix
-    a[n:, n:] = -inverse @ chain.damping_matrix
+    n, inverse = masses.size, np.diag(1.0 / masses)
+    a = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ damping]])
     return a, np.vstack([np.zeros((n, n)), inverse])
+
+
+def state_space(chain: LumpedChain) -> tuple[Array, Array]:
+    """`first_order` of a chain: angles and speeds, and the torques left after friction and offset."""
+    return first_order(chain.stiffness_matrix, chain.damping_matrix, np.array(chain.inertias))
 
 
 def held(system: Array, column: Array, interval: float) -> tuple[Array, Array]:
@@ -121,11 +120,16 @@ def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_o
     return 1j * w[:, 0, 0] * angle[:, speed_of, 0]
 
 
+def frequencies_of(stiffness: Array, masses: Array) -> Array:
+    """Undamped natural frequencies [rad/s], ascending, shape (n,); rigid motions have 0."""
+    root = 1.0 / np.sqrt(masses)
+    return np.sqrt(np.clip(np.linalg.eigvalsh(root[:, None] * stiffness * root), 0.0, None))
+
+
 def natural_frequencies_of(chain: LumpedChain) -> Array:
     """Undamped natural frequencies [rad/s], ascending, without the rigid rotation if there is one."""
-    root = 1.0 / np.sqrt(np.array(chain.inertias))
-    squares = np.linalg.eigvalsh(root[:, None] * chain.stiffness_matrix * root)
-    return np.sqrt(np.clip(squares[0 if chain.holding > 0.0 else 1 :], 0.0, None))
+    found = frequencies_of(chain.stiffness_matrix, np.array(chain.inertias))
+    return found[0 if chain.holding > 0.0 else 1 :]
 
 
 def reflected(chain: LumpedChain) -> tuple[LumpedChain, Array]:

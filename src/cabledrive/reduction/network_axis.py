@@ -26,6 +26,7 @@ from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import RoutedMotor
 from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.reduction.lumped_chain import first_order
 from cabledrive.reduction.network_chain import MOST_CROSS, NetworkChain, modes_at_rest, network_chains
 from cabledrive.reduction.two_motors import is_winched
 
@@ -155,8 +156,7 @@ def cross_motion(drive: AxisDrive, torque: Array, interval: float) -> dict[str, 
     def motion(at_rest: Array) -> Array:
         """Motion of load and other load from rest, with rows held; (samples, 2)."""
         squares, shapes = modes_at_rest(network, at_rest)
-        none, one = np.zeros_like(shapes.T @ shapes), np.eye(squares.size)
-        rates = np.block([[none, one], [-np.diag(squares), -shapes.T @ damping @ shapes]])
+        rates, _ = first_order(np.diag(squares), shapes.T @ damping @ shapes, np.ones(squares.size))
         force = np.append(np.zeros_like(squares), turn @ shapes)[:, None]
         output = np.hstack([seen @ shapes, np.zeros((len(seen), squares.size))])
         system = StateSpace(rates, force, output, np.zeros((len(seen), 1)))

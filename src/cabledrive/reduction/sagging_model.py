@@ -21,7 +21,7 @@ whose amplitude is a force. :math:`L_k` is the direct excitation through the sag
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, pi
+from math import pi
 
 import numpy as np
 
@@ -36,6 +36,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.static_state import StaticState, TransverseShapes, static_strain, transverse_shapes
 from cabledrive.reduction.stretch_runs import extremes_run
 from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of
+from cabledrive.reduction.transverse_sections import fixed_length
 
 SHAFTS = (DRIVE_PULLEY, LOAD_PULLEY, MOTOR)
 FEWEST_MODES, MOST_MODES = 4, 10
@@ -97,14 +98,6 @@ def _frictions(drive: Drive) -> Array:
     return friction
 
 
-def _fixed_length(drive: Drive) -> float:
-    """Length that the longitudinal motion cannot change, the whole loop; infinite where an end is free."""
-    chains = [chain.chain for chain in longitudinal_chains(drive)]
-    if len(chains) == 1 and not chains[0].closed and not all(chains[0].fixed):
-        return inf
-    return (1.0 + drive.cable.prestrain) * sum(float(chain.lengths.sum()) for chain in chains)
-
-
 def sagging_model(
     drive: Drive, state: StaticState, modes: LongitudinalModes, numbers: Sequence[Sequence[int]]
 ) -> tuple[StretchModel, tuple[TransverseShapes, ...]]:
@@ -149,7 +142,7 @@ def sagging_model(
     cuts = {0, spacing.size, mesh.segments, *(int(node) for node in mesh.carriage_node)}
     ends = itertools.pairwise(sorted(cut for cut in cuts if cut <= spacing.size))
     watched = sorted({i for first, last in ends for i in (first, (first + last) // 2, last - 1)})
-    shared = rigidity**2 / (4.0 * (rigidity + cable.pretension) * _fixed_length(drive))
+    shared = rigidity**2 / (4.0 * (rigidity + cable.pretension) * fixed_length(drive))
     model = StretchModel(
         natural=modes.natural,
         damping=modal_losses(drive, modes.rims, modes.natural**2),

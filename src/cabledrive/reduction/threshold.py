@@ -29,11 +29,16 @@ def critical_pumping(c: AveragedCoefficients, *, second: bool = True) -> Array:
     least = 0.25 * c.transverse_damping**2 + c.transverse_detuning**2
     if not second:
         return np.sqrt(least)
-    linear = 1.0 - 0.5 * c.transverse_detuning / nu
+    return np.sqrt(with_third_harmonic(least, c.transverse_detuning, nu))
+
+
+def with_third_harmonic(least: Array, detuning: Array, nu: Array) -> Array:
+    r"""Smallest :math:`\mu^2` [1/s^2] of (A.22) from the one without the third harmonic; infinite: none."""
+    linear = 1.0 - 0.5 * detuning / nu
     inside = linear**2 - least / (4 * nu**2)
     with np.errstate(invalid="ignore"):
         squared = 2.0 * least / (linear + np.sqrt(inside))
-    return np.sqrt(np.where((inside >= 0.0) & (linear > 0.0), squared, np.inf))
+    return np.where((inside >= 0.0) & (linear > 0.0), squared, np.inf)
 
 
 def threshold_torque(

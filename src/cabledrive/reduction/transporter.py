@@ -11,6 +11,7 @@ import numpy as np
 
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.lumped_chain import first_order, frequencies_of
 
 BODIES = 4
 SWING_RATIO = 0.005
@@ -138,12 +139,7 @@ def stiffness_and_damping(transporter: Transporter, position: float) -> tuple[Ar
 
 def frozen_state_space(transporter: Transporter, position: float) -> tuple[Array, Array]:
     """State space, (8, 8) and (8, 4), of displacements, then speeds, frozen at a position [m]."""
-    stiffness, damping = stiffness_and_damping(transporter, position)
-    inverse = np.diag(1.0 / transporter.masses)
-    a = np.zeros((2 * BODIES, 2 * BODIES))
-    a[:BODIES, BODIES:] = np.eye(BODIES)
-    a[BODIES:, :BODIES], a[BODIES:, BODIES:] = -inverse @ stiffness, -inverse @ damping
-    return a, np.vstack([np.zeros((BODIES, BODIES)), inverse])
+    return first_order(*stiffness_and_damping(transporter, position), transporter.masses)
 
 
 def frozen_frequencies(transporter: Transporter, position: float) -> Array:
@@ -153,7 +149,5 @@ def frozen_frequencies(transporter: Transporter, position: float) -> Array:
 
 def held_frequencies(transporter: Transporter, position: float, *, first: int = 1) -> Array:
     """Those with the motor held; of the bodies from ``first`` on."""
-    root = 1.0 / np.sqrt(transporter.masses[first:])
-    stiffness = stiffness_and_damping(transporter, position)[0][first:, first:]
-    squares = np.linalg.eigvalsh(root[:, None] * stiffness * root)
-    return np.sqrt(np.clip(squares, 0.0, None))
+    stiffness, _ = stiffness_and_damping(transporter, position)
+    return frequencies_of(stiffness[first:, first:], transporter.masses[first:])

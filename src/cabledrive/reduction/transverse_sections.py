@@ -9,7 +9,7 @@ from cmath import exp, phase
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from math import ceil, pi, sin
+from math import ceil, inf, pi, sin
 
 import numpy as np
 
@@ -145,6 +145,14 @@ def coupling_of(drive: Drive, along: Sequence[SlopeWave], sections: Sequence[Sec
     return scale * np.array([stretch_by(along, section.waves) for section in sections])
 
 
+def fixed_length(drive: Drive) -> float:
+    """Length that the longitudinal motion cannot change, the whole loop; infinite where an end is free."""
+    chains = [chain.chain for chain in longitudinal_chains(drive)]
+    if len(chains) == 1 and not chains[0].closed and not all(chains[0].fixed):
+        return inf
+    return (1.0 + drive.cable.prestrain) * sum(float(chain.lengths.sum()) for chain in chains)
+
+
 def stiffening_of(
     drive: Drive, coupling: Array, sections: Sequence[Section], pulley_stiffness: float
 ) -> tuple[Array, Array]:
@@ -166,11 +174,7 @@ def stiffening_of(
     rigidity, stiffness = cable.axial_rigidity, cable.axial_rigidity * stretch
     squared = np.array([squared_slope(section.waves) for section in sections]) / stretch
     fourth = np.array([fourth_power_of_slope(section.waves) for section in sections]) / stretch**3
-    (labelled,) = longitudinal_chains(drive)
-    chain = labelled.chain
-    free = chain.rigid_body_modes and not chain.closed
-    per_length = 0.0 if free else 1.0 / (stretch * float(chain.lengths.sum()))
-    carried = rigidity**2 / (8 * stiffness) * per_length * np.outer(squared, squared)
+    carried = rigidity**2 / (8 * stiffness * fixed_length(drive)) * np.outer(squared, squared)
     turned = np.outer(coupling, coupling) / (2 * pulley_stiffness)
     return rigidity * cable.pretension / (2 * stiffness) * fourth, 4.0 * (carried + turned)
 

@@ -24,6 +24,7 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import TransverseShapes, free_stretches, static_state
 from cabledrive.reduction.stretches import StretchModel
+from cabledrive.reduction.threshold import with_third_harmonic
 
 ONE_TO_TWO, SUM = "1:2", "sum"
 
@@ -130,13 +131,9 @@ def _threshold(model: StretchModel, k: int, r: int, a: int, b: int, detuning: fl
         return 0.0
     if a == b:  # as the averaged equations count it, (nu^2 - w^2) / nu
         detuning = 0.5 * natural - 2.0 * float(model.transverse[r, a]) ** 2 / natural
-    least = float(lost_square(0.5 * loss_a, 0.5 * loss_b, detuning))
-    if a == b:  # third harmonic: mu^2 = least with the detuning shifted by mu^2 / W
-        shift = 1.0 + 0.5 * detuning / natural
-        inside = shift**2 - least / natural**2
-        if inside < 0.0 or shift <= 0.0:
-            return inf
-        least = 2.0 * least / (shift + sqrt(inside))
+    least = lost_square(0.5 * loss_a, 0.5 * loss_b, detuning)
+    if a == b:
+        least = with_third_harmonic(least, np.array(-0.5 * detuning), np.array(0.5 * natural))
     return sqrt(least) / per_amplitude * resistance / abs(float(model.torque_shape[k]))
 
 
