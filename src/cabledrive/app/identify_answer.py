@@ -1,14 +1,17 @@
 """What `identify` says: rows of parameters, findings, tensions from pings, friction at wraps and bearings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from cabledrive.app.results import Answer, Keys, provenance
-from cabledrive.identification.estimates import Estimate
+from cabledrive.answers.keys import Keys
+from cabledrive.app.results import Answer, provenance
+from cabledrive.identification.axis.check import AGAINST
+from cabledrive.identification.estimates import IDENTIFIED, Estimate
 from cabledrive.identification.logs.log import ColumnMap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.rope_friction import FrictionSplit, split_friction
 from cabledrive.identification.tension.both import tension_of_both
+from cabledrive.identification.tension.family_fit import PINGED
 from cabledrive.identification.tension.recording import read_ping
 from cabledrive.identification.tension.strings import compared, tension_from_ping, tensions_of_spans
 from cabledrive.parameters import Drive, InputRefused, load_drive
@@ -16,6 +19,18 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.report.blocks import table, table_text
 
+INTERVAL = Keys("unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"), of=Estimate)
+ANSWER = Keys("object: against?", parts={"against": AGAINST}, also=(IDENTIFIED,))
+OF_A_PING = Keys(
+    "object: comparison{texts: spans object: difference{number: value low high standard_error text: unit "
+    "reason?} number: relative flag: differ}?",
+    also=(PINGED,),
+)
+SPLIT = Keys(
+    "flag: separated object: bearings wraps_per_tension rows: total count: strokes texts: findings",
+    parts=dict.fromkeys(("bearings", "wraps_per_tension"), INTERVAL)
+    | {"total": Keys("number: tension", also=(INTERVAL,))},
+)
 OF_LOOPS = ("upper", "lower", "both")
 
 
@@ -128,7 +143,7 @@ def finding_lines(data: dict[str, Any]) -> list[str]:
     return found
 
 
-SPLIT = "least squares on strokes between reversals, errors of strokes and of the elastic cable"
+METHOD_OF_SPLIT = "least squares on strokes between reversals, errors of strokes and of the elastic cable"
 
 
 def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: ColumnMap) -> Answer:
@@ -136,21 +151,18 @@ def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: Column
     found = split_friction([read_log(log, columns) for log in logs], tensions)
     data = {
         "separated": not found.reason,
-        "bearings": ESTIMATE(found.constant),
-        "wraps_per_tension": ESTIMATE(found.per_tension),
+        "bearings": INTERVAL(found.constant),
+        "wraps_per_tension": INTERVAL(found.per_tension),
         "total": [
-            {"tension": tension, **ESTIMATE(own)}
+            {"tension": tension, **INTERVAL(own)}
             for tension, own in zip(sorted(set(found.tensions)), found.total, strict=True)
         ],
         "strokes": found.strokes,
         "findings": list(found.findings),
     }
     missing = found.findings[0] if found.reason else None
-    about = provenance(method=SPLIT)
+    about = provenance(method=METHOD_OF_SPLIT)
     return Answer(data=data, text=_split_text(found), provenance=about, incomplete=missing)
-
-
-ESTIMATE = Keys(Estimate, "unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"))
 
 
 def _split_text(found: FrictionSplit) -> str:
@@ -170,3 +182,24 @@ def _split_text(found: FrictionSplit) -> str:
 def _interval(own: Estimate) -> str:
     unit = "N m" if own.unit == "N m" else "N m per N"
     return f"{own.value:.4g} {unit}, 95 % interval {own.low:.4g} to {own.high:.4g}"
+
+
+def against_lines(found: Mapping[str, Any]) -> list[str]:
+    """An identified axis on another log, for people."""
+    lines = ["", f"against {found['source']}:"]
+    titles = (
+        ("open loop", "open_loop", "of the speed"),
+        ("followed", "closed_loop", "of the torque is added"),
+    )
+    for title, key, more in titles:
+        part = found[key]
+        words = (
+            part.get("reason")
+            or f"{100 * part['relative']:.2g} % {more}; error {part['error']:.3g} {part['unit']}"
+        )
+        lines.append(f"  {title:<10} {words}")
+    for name, one in found["cross_test"].items():
+        state = "agrees" if one["agrees"] else "intervals apart"
+        words = f"{one['value']:.4g}, by itself {one['other']:.4g} {one['unit']}"
+        lines.append(f"  {name.replace('_', ' '):<20} {words}: {state}")
+    return lines

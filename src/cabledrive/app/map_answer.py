@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.app.results import Keys
+from cabledrive.answers.keys import Keys
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.keys import quantity_of
 from cabledrive.parameters.route import RoutedDrive
@@ -85,10 +85,21 @@ def _table(rows: list[dict[str, Any]]) -> str:
     return table_text(table("", " | lowest [Hz] | highest [Hz]", cells))
 
 
-ZONE = Keys(Zone, "order mode kind low high place_low place_high weight")
-EXCITED = Keys(Campbell, "covered_hz=covered covered_certified=certified zones", parts={"zones": ZONE})
+ZONE = Keys("order mode kind low high place_low place_high weight", of=Zone)
+EXCITED = Keys("covered_hz=covered covered_certified=certified zones", parts={"zones": ZONE}, of=Campbell)
 SWAY = Keys(
-    Sway, "keys places bottom top ropes", parts={"ropes": Keys(SwayingRope, "name frequency_hz amplitude")}
+    "keys places bottom top ropes",
+    parts={"ropes": Keys("name frequency_hz amplitude", of=SwayingRope)},
+    of=Sway,
+)
+
+SWAYING = Keys("texts: warnings assumptions", also=(SWAY,))
+MAP = Keys(
+    "texts: keys outputs text: motor first_reason? numbers: shape count: certified_points "
+    "points_without_modes rows: ranges{text: output coordinate? any: mode? map: lowest highest} number: "
+    "covered_hz? flag: covered_certified? rows: orders{text: name number: hz_per_speed}? "
+    "clear{number: low high}? zones? object: speed{text: key number: low high}?",
+    parts={"zones": ZONE},
 )
 
 

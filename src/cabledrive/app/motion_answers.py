@@ -3,9 +3,13 @@
 from dataclasses import replace
 from typing import Any
 
-from cabledrive.app.resonance_answer import indented
-from cabledrive.app.results import Absent, Answer, Keys, known, provenance
+from cabledrive.answers.keys import Keys
+from cabledrive.app.commands.check import DERIVED_OF_ROUTES
+from cabledrive.app.resonance_answer import ALARM, indented
+from cabledrive.app.results import Absent, Answer, known, provenance
 from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
+from cabledrive.modal.lowest import DERIVED
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
@@ -33,15 +37,6 @@ PLANE_WORDS = {"w": "in plane", "v": "out of plane"}
 EXCITATION_WORDS = {"direct": "excited directly through sag", "parametric": "excited parametrically"}
 
 
-DIVERGES = "the motion diverges"
-ALARM = Keys(
-    AlarmResult,
-    "verdict limit floor largest_transverse estimate_with_changes=changed reasons assumptions remedy slack "
-    "lowest_tension modes",
-    dict.fromkeys(("largest_transverse", "estimate_with_changes", "lowest_tension"), DIVERGES),
-)
-
-
 def alarm_text(judged: AlarmResult) -> str:
     """The verdict on a motion for people, with the three largest modes."""
     lines = [f"motion: {judged.verdict}", *(f"  {reason}" for reason in judged.reasons)]
@@ -64,17 +59,27 @@ METHOD = "exact modes of the network, coupling by exact integrals, first-order i
 LISTED = 12
 MOST_PASSAGES, LISTED_PASSAGES = 50, 5
 PASSAGE = Keys(
-    Passage,
     "kind span plane longitudinal_hz transverse_hz detuning_hz passes time "
     "amplitude_over_threshold=amplitude",
+    of=Passage,
 )
 ROUTE_PAIR = Keys(
-    RoutePair,
     "kind longitudinal_hz family span plane detuning_hz threshold_strain=threshold_amplitude "
     "threshold_torque transverse_hz=transverse_hz.0",
     {"threshold_torque": ".reason"},
+    of=RoutePair,
 )
-ROUTE = Keys(RouteResonance, "* nearest_span detuning verdict reasons motor certified warnings=left_out")
+ROUTE = Keys("* nearest_span detuning verdict reasons motor certified warnings=left_out", of=RouteResonance)
+
+
+ROUTE_ANSWER = Keys(
+    "number: tuned_pretension rows: pairs object: motion?",
+    parts={
+        "pairs": Keys("number: second_transverse_hz?", also=(ROUTE_PAIR,)),
+        "motion": Keys("text: motor count: poses rows: passages", parts={"passages": PASSAGE}, also=(ALARM,)),
+    },
+    also=(ROUTE,),
+)
 
 
 def route_resonance_answer(
@@ -139,26 +144,25 @@ def with_margins(answer: Answer, drive: Drive | RoutedDrive, file: str) -> Answe
 
 NO_STRENGTH, NO_LIMIT = "no strength [N] in the file", "no limit in the file"
 SPAN = Keys(
-    SpanMargin,
     "name route tension_at_rest=rest tension_without_vibration=even lowest_at highest_at slack safety_factor "
     "verdict lowest_tension=tension.0 highest_tension=tension.1",
     {"safety_factor": NO_STRENGTH},
+    of=SpanMargin,
 )
 MOTOR = Keys(
-    MotorMargin,
     "pulley=name peak_torque rms_torque holding_torque torque_limit peak_speed speed_limit verdict",
     {"torque_limit": NO_LIMIT, "speed_limit": NO_LIMIT},
+    of=MotorMargin,
 )
 MARGINS = Keys(
-    MotionMargins,
     "verdict reasons assumptions overshoot poses step spans motors",
     {"overshoot": "no tension changes"},
     {"spans": SPAN, "motors": MOTOR},
+    of=MotionMargins,
 )
 HELD = {FRICTION: "capstan_friction", TEETH: "teeth_in_mesh allowed_tension=allowed"}
 PULLEYS = {
     by: Keys(
-        PulleyMargin,
         f"name route by wrap needed_friction effective_tension margin time verdict {held}",
         {
             "needed_friction": "a tension is gone",
@@ -166,9 +170,19 @@ PULLEYS = {
             "allowed_tension": NO_STRENGTH,
             "capstan_friction": "no capstan_friction in the file",
         },
+        of=PulleyMargin,
     )
     for by, held in HELD.items()
 }
+
+ALONG = Keys("text: torque_from rows: pulleys", parts={"pulleys": tuple(PULLEYS.values())}, also=(MARGINS,))
+VALID = Keys("flag: valid text: drive_hash texts: warnings object: motion?", parts={"motion": ALONG})
+CHECKED = Keys("object: derived", parts={"derived": DERIVED}, also=(VALID,))
+ROUTED = Keys(
+    "object: derived rows: spans pulleys",
+    parts={"derived": DERIVED_OF_ROUTES, "spans": SPAN_ROW, "pulleys": PULLEY_ROW},
+    also=(VALID,),
+)
 
 
 def _data(found: MotionMargins) -> dict[str, Any]:

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.app.results import Keys, known
+from cabledrive.answers.keys import Keys
+from cabledrive.app.results import known
 from cabledrive.mechanics.datasheet import largest_pretension, warnings_of_rest
 from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import Drive
@@ -15,32 +16,57 @@ from cabledrive.report.blocks import table_text
 from cabledrive.report.machine.data import figures_table
 from cabledrive.report.machine.tables import own_pair, pairs_table
 from cabledrive.report.typesetting import quantity
+from cabledrive.studies.alarm import AlarmResult
 from cabledrive.studies.pair_thresholds import SUM, CoupledPair
 from cabledrive.studies.resonance import Remedy, ResonanceSummary, sensitivity
 from cabledrive.studies.resonance_detuning import InstabilityMargin
 from cabledrive.studies.resonance_map import SteadyBranch
 
 LISTED = 6
+DIVERGES = "the motion diverges"
+ALARM = Keys(
+    "verdict limit floor largest_transverse estimate_with_changes=changed reasons assumptions remedy slack "
+    "lowest_tension modes",
+    dict.fromkeys(("largest_transverse", "estimate_with_changes", "lowest_tension"), DIVERGES),
+    of=AlarmResult,
+)
 UNDAMPED = "the pulley mode is undamped: no detuning is enough"
-REGION = Keys(InstabilityMargin, "growth_rate=growth pulley_amplitude=amplitude slack")
+REGION = Keys("growth_rate=growth pulley_amplitude=amplitude slack", of=InstabilityMargin)
 PAIR = Keys(
-    CoupledPair,
     "kind longitudinal_hz span section detuning_hz threshold_torque number=numbers.0 "
     "transverse_hz=transverse_hz.0",
     {"threshold_torque": ".reason"},
+    of=CoupledPair,
 )
-SECOND = Keys(CoupledPair, "second_number=numbers.1 second_transverse_hz=transverse_hz.1")
+SECOND = Keys("second_number=numbers.1 second_transverse_hz=transverse_hz.1", of=CoupledPair)
 OWN = Keys(
-    Pair,
     "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension",
     {"tuned_pretension": ".reason"},
+    of=Pair,
 )
-REMEDY = Keys(Remedy, "change value text", {"value": "no value within reach is enough"})
-SUMMARY = Keys(ResonanceSummary, "* verdict reasons")
+REMEDY = Keys("change value text", {"value": "no value within reach is enough"}, of=Remedy)
+SUMMARY = Keys("* verdict reasons", of=ResonanceSummary)
 BRANCH = Keys(
-    SteadyBranch,
     "spans onset folds hopf_points ended torque pulley growth upper=amplitude.0 lower=amplitude.1",
     {"onset": "the branch is not connected to the state of rest"},
+    of=SteadyBranch,
+)
+
+OF_PAIRS = (
+    "count: second_number? number: second_transverse_hz? transverse_frequency_hz? frequency_ratio? "
+    "tuned_pretension?"
+)
+ANSWER = Keys(
+    "text: motor texts: warnings number: load_torque? rows: pairs remedies branches? object: motion? "
+    "instability_region? map: sensitivity? tuned_pretension_under_load?",
+    parts={
+        "pairs": Keys(OF_PAIRS, also=(PAIR,)),
+        "remedies": REMEDY,
+        "branches": BRANCH,
+        "instability_region": Keys("number: detuning_hz half_width_hz required_detuning_hz", also=(REGION,)),
+        "motion": Keys("text: motor", also=(ALARM,)),
+    },
+    also=(SUMMARY,),
 )
 
 

@@ -3,9 +3,8 @@
 import dataclasses
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ import click
 
 from cabledrive.app.failures import colours, note, watched_output
 from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.parameters.fields import key_of
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.version import __version__
@@ -32,57 +30,6 @@ class Absent:
 def known(value: Any, why: str) -> Any:
     """A value, or why there is none."""
     return Absent(reason=why) if value is None else value
-
-
-def reasoned(data: Mapping[str, Any], whys: Mapping[str, str]) -> dict[str, Any]:
-    """The same object with why a value is None, by key."""
-    return {key: known(value, whys[key]) if key in whys else value for key, value in data.items()}
-
-
-@dataclass(frozen=True)
-class Keys:
-    """Keys of an object of JSON, declared once for a kind of result: they make the object and its schema.
-
-    ``names``: attributes, apart by blanks, as "key=name" where the key is another, "key=name.part" of a part
-    of one; with "?" behind it where it is left out when there is nothing; "*": the figures that the result
-    declares. ``whys``: by key, why a value may be None, or the attribute that says so behind a point;
-    ``parts``: by key, the keys of an object, or of each in a list.
-    """
-
-    of: type
-    names: str
-    whys: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    parts: Mapping[str, "Keys"] = dataclasses.field(default_factory=dict)
-
-    def __call__(self, own: Any) -> dict[str, Any]:
-        """The object of a result."""
-        found, missing = {}, getattr(own, "missing", {})
-        for key, name, optional, why in self.each():
-            value = reduce(_part, name.split("."), own)
-            if optional and not value:
-                continue
-            if value is not None and (part := self.parts.get(key)):
-                value = part(value) if isinstance(value, part.of) else [part(one) for one in value]
-            why = missing.get(name, getattr(own, why[1:]) if why.startswith(".") else why)
-            lost = value is None or (isinstance(value, float) and not isfinite(value))
-            found[key] = Absent(reason=why) if lost and why else value
-        return found
-
-    def each(self) -> Iterator[tuple[str, str, bool, str]]:
-        """Key, attribute, whether it may be left out, why it may be None."""
-        for word in self.names.split():
-            if word == "*":
-                for field in dataclasses.fields(self.of):
-                    if field.metadata.get("under"):
-                        yield key_of(field), field.name, False, field.metadata["why"]
-                continue
-            key, _, name = word.rstrip("?").partition("=")
-            yield key, name or key, word.endswith("?"), self.whys.get(key, "")
-
-
-def _part(own: Any, name: str) -> Any:
-    """An attribute, or an item by its number."""
-    return own[int(name)] if name.isdigit() else getattr(own, name)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

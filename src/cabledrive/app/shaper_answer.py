@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from cabledrive.app.results import Absent, Keys
+from cabledrive.answers.keys import Keys
+from cabledrive.app.results import Absent
+from cabledrive.identification.estimates import Finding
 from cabledrive.identification.printer import Belts, Printer, PrinterShaper
 from cabledrive.identification.printer_spectrum import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
@@ -12,29 +14,42 @@ from cabledrive.report.printer_page import peaks_table, shapers_table, similar_w
 NO_DAMPING, NO_BAND = "no peak has a damping ratio", "it leaves more than 5 % at its own frequency"
 MEASURED = ("frequency_low_hz", "frequency_high_hz", "damping", "damping_low", "damping_high")
 PEAK = Keys(
-    SpectrumPeak,
     "frequency_hz=frequency frequency_low_hz=frequency_low frequency_high_hz=frequency_high damping "
     "damping_low damping_high height log=source",
     dict.fromkeys(MEASURED, ".reason"),
+    of=SpectrumPeak,
 )
 FIT = Keys(
-    ShaperFit,
     "type frequency_hz=frequency vibration smoothing max_acceleration score band_hz=band "
     "times=shaper.times amplitudes=shaper.amplitudes",
     {"band_hz": NO_BAND},
+    of=ShaperFit,
 )
 SHAPER = Keys(
-    PrinterShaper,
-    "axis spread_hz=spread shapers recommended_vibration_at_measured_damping=measured_vibration damping "
+    "axis spread_hz=spread shapers findings "
+    "recommended_vibration_at_measured_damping=measured_vibration damping "
     "corner_speed notes",
     {
         "axis": "neither given by --axis nor in the name of a log",
         "spread_hz": "no peak",
         "recommended_vibration_at_measured_damping": NO_DAMPING,
     },
-    {"shapers": FIT},
+    {"shapers": FIT, "findings": Keys("code message", of=Finding)},
+    of=PrinterShaper,
 )
-BELTS = Keys(Belts, "similarity difference_hz=difference", {"difference_hz": "a belt has no peak"})
+ANSWER = Keys(
+    "rows: peaks texts: logs note: recommended configuration object: recommended_shaper",
+    {"recommended_shaper": "nothing is recommended"},
+    {"peaks": Keys("number: kept", also=(PEAK,)), "recommended_shaper": FIT},
+    (SHAPER,),
+)
+BELTS = Keys("similarity difference_hz=difference", {"difference_hz": "a belt has no peak"}, of=Belts)
+
+PRINTER = Keys(
+    "rows: axes object: belts",
+    {"belts": "no files of both belts"},
+    {"axes": ANSWER, "belts": Keys("texts: logs", also=(BELTS,))},
+)
 
 
 def shaper_data(found: PrinterShaper) -> dict[str, Any]:
@@ -45,7 +60,6 @@ def shaper_data(found: PrinterShaper) -> dict[str, Any]:
         "peaks": [PEAK(peak) | {"kept": found.kept(peak)} for peak in found.peaks],
         **(chosen if refused is None else dict.fromkeys(chosen, Absent(reason=refused))),
         "logs": [spectrum.source for spectrum in found.spectra],
-        "findings": [finding.as_dict() for finding in found.findings],
     }
 
 

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.answers.keys import Keys
 from cabledrive.campaign.design import GROUPED, MORRIS_STEP, NamedDesign
 from cabledrive.campaign.rows import BESIDE, STATUS, counts
 from cabledrive.campaign.store import attributes_of, zarr_at_hand
@@ -100,6 +101,16 @@ def open_results(path: str | Path) -> Results:
 RESAMPLES = 1000
 CONFIDENCE = 0.95
 FEWEST_GROUPS = 8
+
+
+CAMPAIGN = Keys("text: output count: groups rows refused failed groups_left_out number: confidence")
+INDICES = Keys(
+    "map: first{number: value low high} total{number: value low high} number: mean standard_deviation",
+    also=(CAMPAIGN,),
+)
+EFFECTS = Keys(
+    "map: effects{object: mean_size{number: value low high} number: mean deviation}", also=(CAMPAIGN,)
+)
 
 
 def influence(store: str | Path, output: str, *, generator: np.random.Generator) -> dict[str, Any]:
@@ -241,6 +252,14 @@ def _in_unit(text: str, unit: str) -> float:
         return float(text)
     except ValueError:
         return to_si(text, unit) / to_si(f"1 {unit}", unit)
+
+
+YIELD = Keys(
+    "number: target yield yield_low yield_high count: rows held refused failed rows: "
+    "goals{text: goal output number: limit} map: missed keys{text: unit number: low high share_at_low "
+    "share_at_high gain_per_low gain_per_high object: tightened{number: low high share count: rows}}",
+    {"tightened": "no interval of this key alone reaches the target"},
+)
 
 
 def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> dict[str, Any]:

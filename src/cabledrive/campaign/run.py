@@ -6,6 +6,7 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
+from cabledrive.answers.result import Result, Row
 from cabledrive.campaign import store
 from cabledrive.campaign.computation import Computation
 from cabledrive.campaign.design import Design
@@ -14,7 +15,7 @@ from cabledrive.campaign.spec import CampaignSpec, read_spec
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import check_folder_writable, one_process
-from cabledrive.parameters.terminal import Progress, ResultCard
+from cabledrive.parameters.terminal import Progress
 
 MANY_ROWS, MANY_BYTES = 10**7, 100e9
 """Above these a campaign has to be meant."""
@@ -24,9 +25,19 @@ BESIDE_BYTES = 18
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class SweepResult(ResultCard):
+class SweepResult(Result):
     """What a campaign came to."""
 
+    _heading = "{0.store}"
+    _shown = (
+        Row("done", "rows done", form="d"),
+        Row("rows", "of", form="d"),
+        Row("refused", "refused", form="d"),
+        Row("failed", "not completed", form="d"),
+        Row("seconds", "time", "s"),
+        Row("setup_seconds", "before that", "s"),
+        Row("engine", "engine"),
+    )
     rows: int = meaning("rows of the campaign")
     done: int = meaning("rows with a status")
     refused: int = meaning("of these refused")
@@ -48,15 +59,15 @@ class SweepResult(ResultCard):
 
         return xarray.open_zarr(self.store)
 
-    def _card(self) -> list[tuple[str, str]]:
-        return [
-            ("Campaign", str(self.store)),
-            ("rows", f"{self.done} of {self.rows}"),
-            ("refused", str(self.refused)),
-            ("not completed", str(self.failed)),
-            ("time", f"{self.seconds:.4g} s, and {self.setup_seconds:.4g} s before"),
-            ("engine", self.engine),
-        ]
+    def to_dataframe(self) -> Any:
+        """Keys, status and outputs of one number of every row.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        found = self.open()
+        return found[[name for name, one in found.items() if one.ndim == 1]].to_dataframe()
 
 
 def run_sweep(

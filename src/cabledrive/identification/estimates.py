@@ -20,6 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from cabledrive.answers.keys import Keys
+from cabledrive.answers.result import Result, Row
 from cabledrive.identification.logs.log import DataReport
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -236,9 +238,10 @@ class Finding(str):
         made.code = code
         return made
 
-    def as_dict(self) -> dict[str, str]:
-        """The finding as JSON has it."""
-        return {"code": self.code, "message": str(self)}
+    @property
+    def message(self) -> str:
+        """The sentence."""
+        return str(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -266,14 +269,22 @@ class Estimate:
 
     def as_dict(self) -> dict[str, Any]:
         """The parameter as JSON has it."""
-        numbers = {name: _finite(getattr(self, name)) for name in ("value", "low", "high", "standard_error")}
-        reason = {"reason": self.reason} if self.reason else {}
-        return {"value": numbers.pop("value"), "unit": self.unit} | numbers | reason
+        return ESTIMATE(self)
+
+
+ESTIMATE = Keys(
+    "value unit low high standard_error reason?",
+    dict.fromkeys(("value", "low", "high", "standard_error"), ".reason"),
+    of=Estimate,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Identification:
+class Identification(Result):
     """Parameters of a model, identified from logs."""
+
+    _table = "parameters"
+    _shown = (Row("model", "model"), Row("unidentifiable", "not identifiable"), Row("findings", "findings"))
 
     model: str
     parameters: Mapping[str, Estimate]
@@ -352,27 +363,25 @@ class Identification:
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON has it: numbers in SI; None with a reason beside it where there is none."""
-        return {
-            "model": self.model,
-            "parameters": {name: estimate.as_dict() for name, estimate in self.parameters.items()},
-            "identifiable": self.identifiable,
-            "unidentifiable": list(self.unidentifiable),
-            "residual": dict(self.residual),
-            "condition_number": _finite(self.condition_number),
-            "findings": [finding.as_dict() for finding in self.findings],
-            "notes": list(self.notes),
-            "checked": self.checked,
-            "check_reason": self.check_reason,
-            "method": dict(self.method),
-            "data": [report.as_dict() for report in self.reports],
-        }
+        return IDENTIFIED(self)
+
+
+IDENTIFIED = Keys(
+    "model parameters identifiable unidentifiable residual condition_number findings notes checked "
+    "check_reason method data=reports",
+    {"condition_number": "the regressors are not independent"},
+    {
+        "parameters": ESTIMATE,
+        "findings": Keys("code message", of=Finding),
+        "data": Keys("**", of=DataReport),
+        "residual": Keys("number: rms relative count: rows"),
+        "method": "any",
+    },
+    of=Identification,
+)
 
 
 def unit_of(name: str, linear: bool) -> str:
     """Unit of a parameter of one axis; ``linear``: whether it slides."""
     stem = name.removesuffix("_positive").removesuffix("_negative").rstrip(" 0123456789")
     return LINEAR_UNITS.get(stem, UNITS[stem]) if linear else UNITS[stem]
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy import signal
 
+from cabledrive.answers.result import Result, Row
 from cabledrive.identification.estimates import Finding
 from cabledrive.identification.printer_spectrum import (
     HIGHEST,
@@ -52,8 +53,16 @@ TOO_MUCH = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PrinterShaper:
+class PrinterShaper(Result):
     """Input shapers for one axis of a printer."""
+
+    _table = "shapers"
+    _shown = (
+        Row("axis", "axis"),
+        Row("recommended.type", "recommended"),
+        Row("recommended.frequency", "at", "Hz", ".1f"),
+        Row("refused", "none recommended"),
+    )
 
     axis: str | None  # "x", "y" or "z"; None: neither given nor in the names of the logs
     spectra: tuple[PrinterSpectrum, ...]  # one of each log

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from cabledrive.answers.result import Result
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array, Complex, Integers
 
@@ -168,8 +169,10 @@ class LeftOut:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FrequencyResponse:
+class FrequencyResponse(Result):
     """Response at discrete frequencies."""
+
+    _table = "frequency: magnitude phase coherence deviation"
 
     frequency: Array  # (m,): [Hz]
     response: Complex  # (m,): output per input

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
@@ -42,7 +43,7 @@ _WRAP = "needs a loop with pulley.{0}.wrap_angle and pulley.{0}.capstan_friction
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DerivedQuantities:
+class DerivedQuantities(Result):
     r"""Quantities that follow from the drive file.
 
     Mass ratios of a loop are :math:`J/(2\rho r^2 L_e)`, as under Eq. (5.4) but with Le; the drive pulley

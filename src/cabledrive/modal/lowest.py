@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics import derived_quantities
+from cabledrive.answers.keys import Keys
+from cabledrive.mechanics import DerivedQuantities, derived_quantities
 from cabledrive.mechanics.holding import CONDITIONS, FREE, HELD, HOLDING, motor_condition
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.modal.mode import Modes
@@ -17,6 +18,8 @@ from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 
 NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
+LOWEST = Keys("number: lowest_frequency_free_hz lowest_frequency_held_hz lowest_frequency_holding_hz?")
+DERIVED = Keys("map: reasons=text", also=(Keys("**", of=DerivedQuantities), LOWEST))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from cabledrive.answers.result import Result, Row
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.parameters.fields import described, meaning
 
@@ -55,9 +56,18 @@ class Certificate:
 
 
 @described
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Modes:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Modes(Result):
     """Natural modes of a drive, certified."""
+
+    _table, _columns = "modes", "frequency kind family multiplicity span plane proven"
+    _shown = (
+        Row("certificate.below", "complete up to", "Hz", ".8g"),
+        Row("certified", "certified"),
+        Row("certified_reason", "not certified"),
+        Row("rigid_body_modes", "rigid-body modes not listed", form="d"),
+        Row("warnings", "warning"),
+    )
 
     modes: tuple["Mode", ...] = meaning("ascending in frequency, both kinds, without the rigid-body mode")
     certified: bool = meaning(

@@ -1,9 +1,7 @@
-"""What a terminal shows: how far long work is, and a result in a few lines."""
+"""What a terminal shows: how far long work is."""
 
 import sys
 import time
-from abc import ABC, abstractmethod
-from html import escape
 
 ON_A_TERMINAL, ELSEWHERE = 0.5, 30.0
 """Seconds between two lines."""
@@ -56,23 +54,3 @@ def rounded_time(seconds: float) -> str:
         return f"{seconds:.0f} s"
     minutes = seconds / 60.0
     return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"
-
-
-class ResultCard(ABC):
-    """Base of results that show their main figures instead of all their arrays."""
-
-    __slots__ = ()
-
-    @abstractmethod
-    def _card(self) -> list[tuple[str, str]]:
-        """Heading and its text, then name and value of each figure."""
-
-    def __repr__(self) -> str:
-        (kind, title), *rows = self._card()
-        width = max((len(name) for name, _ in rows), default=0)
-        return "\n".join([f"{kind}: {title}", *(f"  {name:<{width}}  {value}" for name, value in rows)])
-
-    def _repr_html_(self) -> str:
-        (kind, title), *rows = self._card()
-        body = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in rows)
-        return f"<table><caption>{escape(kind)}: {escape(title)}</caption>{body}</table>"

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cabledrive.answers.result import Result
+from cabledrive.answers.runs import TRACKING
 from cabledrive.control.numbers import ESTIMATES, HIGH, LOW
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.terminal import ResultCard
 from cabledrive.rig import run_facts as facts
 from cabledrive.rig.bounds import check_theorem
 from cabledrive.rig.closed_loop.cable_plant import cable_words
@@ -34,9 +35,11 @@ OBSERVERS = {
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
-class Tracking(ResultCard):
+class Tracking(Result):
     """A run of the rig."""
 
+    _table, _shown = "time: reference load_angle error torque", TRACKING
+    _heading = "{0.summary[controller]} on {0.summary[plant]}"
     summary: dict[str, Any] = meaning("what `cabledrive track --json` prints")
     time: Array = meaning("(samples,) [s]")
     reference: Array = meaning("(samples,): wanted angle of the load [rad]")
@@ -73,13 +76,8 @@ class Tracking(ResultCard):
             Index time [s]; reference, load_angle, error [rad], torque [N m], then the angle of each encoder
             at its own shaft [rad].
         """
-        from xarray import Dataset
-
-        columns = {name: getattr(self, name) for name in ("reference", "load_angle", "error", "torque")}
-        readings = zip(self.summary["encoders"], self.encoder_angles.T, strict=True)
-        columns |= {f"{shaft}_encoder": values for shaft, values in readings}
-        data = {name: ("time", values) for name, values in columns.items()}
-        return Dataset(data, coords={"time": self.time}).to_dataframe()
+        angles = zip(self.summary["encoders"], self.encoder_angles.T, strict=True)
+        return super(Tracking, self).to_dataframe().assign(**{f"{name}_encoder": v for name, v in angles})
 
     def plot(self) -> "Figure":
         """Draw reference and load angle, error, and torque over time.
@@ -104,25 +102,6 @@ class Tracking(ResultCard):
         below.plot(self.time, self.torque)
         below.set(ylabel="torque [N m]", xlabel="time [s]")
         return figure
-
-    def _card(self) -> list[tuple[str, str]]:
-        said = self.summary
-        bound = said["theory_bound_deg"]
-        rows = [
-            ("peak error", f"{said['peak_error_deg']:.4f} deg"),
-            ("rms error", f"{said['rms_error_deg']:.4f} deg"),
-            ("peak torque", f"{said['peak_torque']:.4g} N m"),
-            ("at the torque limit", f"{100.0 * said['saturated_fraction']:.1f} % of the samples"),
-            ("bound", "none" if bound is None else f"{bound:.4f} deg"),
-            ("bound kept", {None: "assumptions do not hold", True: "yes", False: "no"}[said["within_bound"]]),
-        ]
-        if bound is None:
-            rows.pop()
-        if self.interpreted:
-            rows.append(("interpreted", self.interpreted))
-        if self.incomplete:
-            rows.append(("ended early", self.incomplete))
-        return [("Tracking", f"{said['controller']} on {said['plant']}"), *rows]
 
 
 def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.answers.result import Result
+from cabledrive.answers.runs import WINCHES
 from cabledrive.control.tension_position import (
     TensionGains,
     first_state,
@@ -19,7 +21,6 @@ from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
 from cabledrive.rig.plant_samples import early_words, error_kept, share_low
 from cabledrive.rig.setting import Disturbance, none, stepped_in
@@ -144,9 +145,11 @@ def rubbed(speed: float, force: float, mass: float, viscous: float, coulomb: flo
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
-class TwoMotorTracking(ResultCard):
+class TwoMotorTracking(Result):
     """A run of a body between two motors."""
 
+    _table, _shown = "time: reference place tensions torques", WINCHES
+    _heading = "{0.summary[controller]} on {0.summary[plant]}"
     summary: dict[str, Any] = meaning("what `cabledrive track --json` prints")
     time: Array = meaning("(samples,) [s]")
     reference: Array = meaning("(samples, m): wanted place of the body from where it rests [m]")
@@ -154,16 +157,6 @@ class TwoMotorTracking(ResultCard):
     tensions: Array = meaning("(samples, 2): of the lines [N]")
     torques: Array = meaning("(samples, 2): of the motors, positive winding in [N m]")
     incomplete: str | None = meaning("what was not kept, and why")
-
-    def _card(self) -> list[tuple[str, str]]:
-        said = self.summary
-        rows = [
-            ("Tracking", f"{said['controller']} on {said['plant']}"),
-            ("peak error", f"{said['peak_error_mm']:.4g} mm"),
-            ("least tension", f"{said['least_tension']:.4g} N (allowed: {said['least_allowed']:.4g} N)"),
-            ("peak torque", f"{said['peak_torque']:.4g} N m"),
-        ]
-        return [*rows, *([("not kept", self.incomplete)] if self.incomplete else [])]
 
 
 INTERNAL_STEP = 1e-4

@@ -1,21 +1,32 @@
 """What comes out of a run of a loop or a line."""
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from cabledrive.answers.keys import Keys
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation.channels import CHANNELS, COLUMN, Channel, probe_columns
 from cabledrive.simulation.netcdf import Content, Variable
-from cabledrive.simulation.result import RunResult
+from cabledrive.simulation.result import AUDIT, NO_RECORD, RunResult
 from cabledrive.simulation.start import PLANES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from cabledrive.simulation.error_estimate import ErrorEstimate
+
+
+LOOP = Keys(
+    "object: load_angle{number: peak_to_peak} drive_angle{number: peak_to_peak} "
+    "upper_midpoint{number: peak}? lower_midpoint{number: peak}? error_estimate number: least_tension "
+    "flag: compiled note: interpreted",
+    {"error_estimate": "not asked for by --error-estimate", "least_tension": NO_RECORD},
+    {"error_estimate": "any"},
+    (AUDIT,),
+)
 
 
 @described
@@ -26,6 +37,7 @@ class SimulationResult(RunResult):
     The columns of `rows` are `cabledrive.simulation.channels.CHANNELS`, then u, v, w of each probe.
     """
 
+    keys: ClassVar[Keys] = LOOP
     channels: tuple[Channel, ...] = CHANNELS
     probes: tuple[tuple[str, float], ...] = meaning(
         "span and distance from its start [m] of each probe; the first ones are the midpoints of the spans"
@@ -134,17 +146,6 @@ class SimulationResult(RunResult):
         below.set_ylabel("w at midspan [mm]")
         below.legend()
         return figure
-
-    def _own_rows(self) -> list[tuple[str, str]]:
-        method, found = self.provenance["method"], self.summary()
-        return [
-            ("cable law", f"{method['model']}, {method['name']}"),
-            ("load angle, peak to peak", f"{found['load_angle']['peak_to_peak']:.6g} rad"),
-            *(
-                (f"{span} midpoint, peak |w|", f"{found[f'{span}_midpoint']['peak']:.6g} m")
-                for span in self.spans
-            ),
-        ]
 
     def summary(self) -> dict[str, Any]:
         """As of `RunResult`.

@@ -3,14 +3,15 @@
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from cabledrive.answers.keys import Keys
+from cabledrive.answers.result import Result, Row
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.terminal import ResultCard
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.netcdf import Content, Variable, dataset_of, storable
 
@@ -34,11 +35,36 @@ class SlackEvent:
     tension: float = meaning("what the taut law gives there at that step [N], just below zero")
 
 
+NO_RECORD = "the run stopped before its first record"
+AUDIT = Keys(
+    "number: energy_budget_error step cfl wall_time count: steps note: stopped rows: slack_events{number: "
+    "time position tension text: span}",
+    {"energy_budget_error": NO_RECORD},
+)
+
+
 @described
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class RunResult(ResultCard):
+class RunResult(Result):
     """A run of any machine, with its audit."""
 
+    keys: ClassVar[Keys] = AUDIT
+    _heading = "{0.provenance[drive]}"
+    _shown = (
+        Row("steps", "steps", form="d"),
+        Row("step", "time step", "s"),
+        Row("cfl", "of the stable one", "%", ".0f", 100.0),
+        Row("load_angle.peak_to_peak", "load angle, peak to peak", "rad", ".6g"),
+        Row("upper_midpoint.peak", "upper midpoint, peak |w|", "m", ".6g"),
+        Row("lower_midpoint.peak", "lower midpoint, peak |w|", "m", ".6g"),
+        Row("energy_budget_error", "energy budget error", form=".2e"),
+        Row("error_estimate.load_angle.relative", "estimated error, load angle", "%", ".2g", 100.0),
+        Row("error_estimate.upper_midpoint.relative", "upper midpoint", "%", ".2g", 100.0),
+        Row("stopped", "stopped"),
+        Row("assumptions", "note"),
+        Row("warnings", "warning"),
+        Row("interpreted", "interpreted, slower"),
+    )
     time: Array = meaning("(records,): times of the records [s]")
     rows: Array = meaning("(records, columns): the records, one column per channel")
     channels: tuple[Channel, ...] = meaning("name, unit and meaning of each column")
@@ -154,21 +180,31 @@ class RunResult(ResultCard):
             "slack_events": [asdict(event) for event in self.slack_events],
         }
 
-    def _card(self) -> list[tuple[str, str]]:
-        budget = f"{self.energy_budget_error:.2e}" if len(self.rows) else "no record"
-        steps = f"{self.steps} of {self.step:.4g} s, {100.0 * self.cfl:.0f} % of the stable one"
-        rows = [("steps", steps), *self._own_rows(), ("energy budget error", budget)]
-        rows += [("slack events", str(len(self.slack_events)))]
-        flags = {"stopped": self.stopped, "interpreted": self.interpreted}
-        rows += [(name, words) for name, words in flags.items() if words]
-        title = f"{self.provenance['drive']}, {self.steps * self.step:.6g} s, {len(self.rows)} records"
-        return [(type(self).__name__, title), *rows]
+    def to_dataframe(self) -> Any:
+        """The records as a table.
 
-    def _own_rows(self) -> list[tuple[str, str]]:
-        """Rows of the card that only this kind of machine has."""
-        return []
+        Returns
+        -------
+        pandas.DataFrame
+            Index time [s]; a column for each channel, in its own unit.
+        """
+        from pandas import DataFrame, Index
+
+        names = [channel.name for channel in self.channels]
+        return DataFrame(self.rows[:, : len(names)], Index(self.time, name="time"), names)
 
 
+NETWORK = Keys(
+    "map: coordinates{number: least largest peak_to_peak} rows: spans{text: name number: midpoint_peak "
+    "least_tension} wraps{text: pulley number: needed_friction friction} number: largest_motion texts: "
+    "assumptions warnings",
+    {
+        "midpoint_peak": "motion across is left out",
+        "least_tension": NO_RECORD,
+        "friction": "no capstan_friction in the file",
+    },
+    also=(AUDIT,),
+)
 LARGE_MOTION = 0.02
 """Motion of a span's end, relative to its length, above which fixed directions are doubtful."""
 
@@ -178,6 +214,7 @@ LARGE_MOTION = 0.02
 class NetworkResult(RunResult):
     """A run of a machine with routes, with its audit."""
 
+    keys: ClassVar[Keys] = NETWORK
     extremes: dict[str, tuple[float, float]] = meaning(
         "least and largest place of each coordinate over all steps"
     )

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.answers.result import Result
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.parameters.terminal import ResultCard
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
@@ -42,19 +42,24 @@ class ComparedLaw:
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Comparison(ResultCard):
+class Comparison(Result):
     """Controllers side by side, the best first."""
 
+    _table, _heading = "summary.controllers", "{0.summary[draws]} plants"
+    _columns = (
+        "name bandwidth_hz median_deg error_99_deg worst_deg share_within peak_torque disk_margin reason"
+    )
     summary: dict[str, Any] = meaning("what `cabledrive compare --json` prints")
     laws: tuple[ComparedLaw, ...] = meaning("the best first")
 
-    def _card(self) -> list[tuple[str, str]]:
-        rows = []
-        for one in self.summary["controllers"]:
-            worst, median = one["worst_deg"], one["median_deg"]
-            words = one["reason"] if worst is None else f"median {median:.4f}, worst {worst:.4f} deg"
-            rows.append((one["name"], words))
-        return [("Comparison", f"{self.summary['draws']} plants"), *rows]
+    @property
+    def figures(self) -> list[tuple[str, str]]:
+        """Median and worst error of each law."""
+        rows = ((one["name"], one) for one in self.summary["controllers"])
+        return [
+            (name, one["reason"] or f"median {one['median_deg']:.4f}, worst {one['worst_deg']:.4f} deg")
+            for name, one in rows
+        ]
 
 
 def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:

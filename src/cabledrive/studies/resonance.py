@@ -7,6 +7,7 @@ from math import isfinite, pi
 
 import numpy as np
 
+from cabledrive.answers.result import Result
 from cabledrive.mechanics.datasheet import elastic_range, largest_pretension
 from cabledrive.modal.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -30,8 +31,10 @@ SLACK = "the spans go slack before any torque does this"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ResonanceSummary:
+class ResonanceSummary(Result):
     """What there is to say about the internal resonance of a drive; None: see ``missing``."""
+
+    _table = "coupled"
 
     frequency_ratio: float | None = figure(
         "1", "Frequency ratio, first transverse of an empty span over pulley mode", SHOWN, default=None

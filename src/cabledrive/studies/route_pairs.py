@@ -17,6 +17,7 @@ from math import pi, sqrt
 
 import numpy as np
 
+from cabledrive.answers.result import Result
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
@@ -42,8 +43,10 @@ class RoutePair(near.NearPair):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RouteResonance:
+class RouteResonance(Result):
     """Internal resonances of a machine with routes."""
+
+    _table = "pairs"
 
     pairs: tuple[RoutePair, ...]  # the lowest threshold first
     longitudinal_hz: float = figure("Hz", "Lowest longitudinal mode in which a pulley turns", SHOWN)

@@ -1,14 +1,16 @@
 """`cabledrive camera`: the track of a marker in a video, as a log."""
 
 from math import isfinite
-from typing import Any
 
 import click
 
+from cabledrive.answers.keys import Keys
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.options import argument, force_option, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused
+
+CLIP = Keys("text: log count: frames rows number: frame_rate_hz scale map: channels=text texts: findings")
 
 
 @subcommand('cabledrive camera clip.avi --frame-rate 480 --scale "0.4 mm" -o track.csv', (force_option,))
@@ -42,7 +44,7 @@ def command(
     track = track_marker(open_clip(video, frame_rate), markers=markers, region=_region(region))
     log = marker_log(track, scale)
     output.write(log_csv(log))
-    data: dict[str, Any] = {
+    data = {
         "log": str(output.path),
         "frames": int(track.place.size),
         "rows": len(log),

@@ -2,10 +2,11 @@
 
 from typing import Any
 
+from cabledrive.answers.keys import Keys
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
-from cabledrive.app.results import Answer, NewFile, provenance, reasoned
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.datasheet import drive_warnings
-from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
+from cabledrive.modal.lowest import LOWEST, derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import table_text
@@ -15,15 +16,11 @@ METHOD = {
     True: "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness",
 }
 """Of loops and lines, and of machines with routes."""
-NONE = {
-    "safety_factor": "no strength [N] in the file",
-    "wrap": "the span ends at an anchor or a drum",
-    "pulley": "the span ends at an anchor or a drum",
-    "needed_friction": "a tension is gone",
-    "capstan_friction": "no capstan_friction in the file",
-    "bend_ratio": "no least bending radius of the rope in the file",
-}
-"""Why a figure of a span or a pulley does not exist."""
+DERIVED_OF_ROUTES = Keys(
+    "number: cable_length lowest_tension highest_tension count: rigid_body_modes map: spring_preload "
+    "reasons=text",
+    also=(LOWEST,),
+)
 
 
 @subcommand('cabledrive check elevator --set cable.pretension="20 kN"', (saves_answer, machine_argument))
@@ -63,7 +60,13 @@ def command(
 
 def _checked_route(drive: RoutedDrive) -> Answer:
     from cabledrive.mechanics.network import network_of, statics_of
-    from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
+    from cabledrive.mechanics.network.span_table import (
+        PULLEY_ROW,
+        SPAN_ROW,
+        pulley_rows,
+        route_warnings,
+        span_rows,
+    )
     from cabledrive.modal.route_network import network_of_routes
     from cabledrive.modal.spectrum import Spectrum
     from cabledrive.report.machine.data import pulleys_table, spans_table
@@ -88,8 +91,8 @@ def _checked_route(drive: RoutedDrive) -> Answer:
     lines = "\n".join([lowest.line, f"Rigid-body modes: {rigid}.", *preload])
     data = {
         "derived": derived,
-        "spans": [reasoned(row, NONE) for row in spans],
-        "pulleys": [reasoned(row, NONE) for row in pulleys],
+        "spans": [SPAN_ROW(row) for row in spans],
+        "pulleys": [PULLEY_ROW(row) for row in pulleys],
     }
     return _answer(drive, data, [*tables, lines], route_warnings(drive))
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from cabledrive.answers.runs import COMPARED
 from cabledrive.app import finished_study as kept_folder
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import REPORT, RESULTS, STAGES
@@ -67,10 +68,10 @@ def command(
         )
     about, page = provenance(drive, method=METHOD, seed=spec["seed"]), comparison_html(drive, found)
     write_whole(folder / REPORT, page, force=True)
-    kept = plain(found.summary) | {"provenance": about, "asked": asked}
+    said = COMPARED(found.summary)
+    kept = plain(said) | {"provenance": about, "asked": asked}
     kept = with_own_hash(kept | {"files": {REPORT: hashlib.sha256(page.encode()).hexdigest()}})
     write_whole(folder / RESULTS, json.dumps(kept, indent=1, allow_nan=False) + "\n", force=True)
-    said = found.summary
     lines = [f"{said['drive']}: {said['best'] or 'no law'} ranks first over {said['draws']} plants"]
     lines += ["", table_text(errors_table(said)), "", table_text(costs_table(said)), ""]
     if learning := [one["name"] for one in said["controllers"] if one["learns"]]:

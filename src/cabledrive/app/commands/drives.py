@@ -1,9 +1,12 @@
 """`cabledrive drives`: the drives that come with the package, and the file of each to start from."""
 
+from cabledrive.answers.keys import Keys
 from cabledrive.app.options import argument, complete_drive, force_option, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, NewFileType, json_text, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives, packaged_text
 
+ONE = Keys("text: name title source file")
+LIST = Keys("rows: drives{text: name title source kind drive_hash}")
 _NEW = NewFileType(".toml", ".json", "")
 
 

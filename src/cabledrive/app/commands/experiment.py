@@ -59,7 +59,7 @@ def command(
 
 def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | None, seed: int) -> Answer:
     """Predicted errors, peaks and warnings."""
-    from cabledrive.rig.experiment import plan_experiment
+    from cabledrive.rig.experiment import PLANNED, plan_experiment
     from cabledrive.rig.run_facts import motor_words
 
     found = plan_experiment(drive, excitation, model=model, stroke=stroke, seed=seed)
@@ -75,11 +75,12 @@ def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | N
     found["relative_standard_error"] = {
         name: known(value, "not identifiable from this test") for name, value in errors.items()
     }
-    found["amplitude_factor"] = known(found["amplitude_factor"], "the drive file has no limit")
     method = (
         "motion simulated with the parameters of the drive file; noise of torque and encoder "
         "propagated through the regression"
     )
     found |= motor_words(drive)
     lines += [found["motor_reason"]] if "motor_reason" in found else []
-    return Answer(data=found, text="\n".join(lines), provenance=provenance(drive, method=method, seed=seed))
+    return Answer(
+        data=PLANNED(found), text="\n".join(lines), provenance=provenance(drive, method=method, seed=seed)
+    )

@@ -2,13 +2,19 @@
 
 from pathlib import Path
 
+from cabledrive.answers.keys import Keys
 from cabledrive.app.options import argument, opt, subcommand
-from cabledrive.app.results import Answer, provenance, reasoned
+from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused
 
 KERNELS = "kernels translated to C99; oracle of the self-test: the same kernels, interpreted"
 LUMPED = "lumped Models 1 to 4 of the drive, links linear"
 METHODS = {"mjcf": LUMPED, "modelica": LUMPED, "klipper": "numbers as `shaper` found them"}
+
+WRITTEN = Keys(
+    "text: format texts: files notes number: sample_time note: drive_hash",
+    {"sample_time": "the source names no sample rate", "drive_hash": "the source is no drive"},
+)
 
 
 @subcommand("cabledrive export dissertation-3 --format c99 --controller lqg -o firmware")
@@ -44,9 +50,8 @@ def command(
         compile_ = "cc -std=c99 -ffp-contract=off *.c -lm -o check && ./check"
         lines += ["", f"self-test: cd {output} && {compile_}"]
     lines += [f"note: {note}" for note in found["notes"]]
-    reasons = {"sample_time": "the source names no sample rate", "drive_hash": "the source is no drive"}
     return Answer(
-        data=reasoned(found, reasons),
+        data=WRITTEN(found),
         text="\n".join(lines),
         provenance=provenance(method=METHODS.get(format_, KERNELS)),
     )

@@ -67,7 +67,14 @@ def command(
     """
     from dataclasses import replace
 
-    from cabledrive.app.identify_answer import finding_lines, parameter_rows, pinged, split_answer
+    from cabledrive.app.identify_answer import (
+        ANSWER,
+        against_lines,
+        finding_lines,
+        parameter_rows,
+        pinged,
+        split_answer,
+    )
     from cabledrive.identification.axis.answer import IdentifyOptions
     from cabledrive.identification.logs.reading import open_log, read_log
     from cabledrive.identification.one_log import identify, is_long, load_options
@@ -96,19 +103,19 @@ def command(
     check = f"model checked: {'yes' if data['checked'] else 'no'} ({data['check_reason']})"
     text = "\n".join([*parameter_rows(data), residual, *shown, check, *finding_lines(data)])
     if other is not None:
-        from cabledrive.identification.axis.check import against, words_of
+        from cabledrive.identification.axis.check import against
 
         log = read_log(other, options.columns)
         alone = identify(log, options, model=model, method=method, progress=note)
         data["against"] = against(found, alone, log, options.axis)
-        text = "\n".join([text, *words_of(data["against"])])
+        text = "\n".join([text, *against_lines(data["against"])])
     if page is not None:
         from cabledrive.report.log_page import write_log_report
 
         first = read_log(logs[0], options.columns)  # whole: one that is read in blocks is not drawn
         write_log_report(first, found, page.path, options=options.axis, files=logs, force=page.force)
     return Answer(
-        data=data,
+        data=ANSWER(data),
         text=text,
         provenance=provenance(method=str(found.method["name"])),
         incomplete=_incomplete(found),

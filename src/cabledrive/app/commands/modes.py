@@ -2,11 +2,12 @@
 
 import click
 
+from cabledrive.answers.keys import Keys
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
-from cabledrive.app.results import Answer, Keys, NewFile, provenance
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import Mode, Modes, modes
-from cabledrive.modal.lowest import how_held, lowest_frequencies
+from cabledrive.modal.lowest import LOWEST, how_held, lowest_frequencies
 from cabledrive.modal.mode import Certificate
 from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.parameters import Drive
@@ -15,20 +16,21 @@ from cabledrive.report.words import certificate_line, mode_table
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 MODE = Keys(
-    Mode,
     "frequency_hz=frequency kind family multiplicity kinetic_shares proven span? plane? section? model? "
     "clamped? strain_shares?",
+    of=Mode,
 )
 PROOF = Keys(
-    Certificate,
     "below_hz=below longitudinal_below_hz=longitudinal_below transverse_below_hz=transverse_below count "
     "longitudinal transverse enclosure",
+    of=Certificate,
 )
 MODES = Keys(
-    Modes,
     "modes certified certified_reason warnings certificate rigid_body_modes motor hold at_torque",
     parts={"modes": MODE, "certificate": PROOF},
+    of=Modes,
 )
+LISTED = Keys("", also=(LOWEST, MODES))
 
 
 @subcommand("cabledrive modes elevator --below 20 --plot modes.svg", (saves_answer, machine_argument))
@@ -63,7 +65,7 @@ def command(
     lowest = lowest_frequencies(drive)
     head = f"{drive.title or drive.name}\n{lowest.line}\n{how_held(found)}"
     return Answer(
-        data=MODES(found) | lowest.as_dict(),
+        data=MODES(found) | lowest.as_dict() | {f"{key}_reason": why for key, why in lowest.reasons.items()},
         text=f"{head}\n\n{mode_table(found)}",
         provenance=provenance(drive, method=METHOD, tolerances={"enclosure": found.certificate.enclosure}),
         incomplete=certificate_line(found) if found.certified_reason == INCOMPLETE else None,

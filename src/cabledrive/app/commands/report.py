@@ -4,11 +4,15 @@ from pathlib import Path
 
 import click
 
+from cabledrive.answers.keys import Keys
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.failures import note
 from cabledrive.app.options import argument, force_option, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused, content_hash, load_drive, packaged_drives
+
+PAGE_OF_A_STORE = Keys("text: report store")
+PAGE_OF_DRIVES = Keys("text: report rows: drives{text: name drive_hash}")
 
 
 @subcommand("cabledrive report elevator ropeway -o report.html", (force_option,))

@@ -66,8 +66,8 @@ def command(
         return route_resonance_answer(drive, torque, motion_file, floor, limit)
     import numpy as np
 
-    from cabledrive.app.motion_answers import ALARM, alarm_text
-    from cabledrive.app.resonance_answer import BRANCH, branches_text, resonance_data, resonance_text
+    from cabledrive.app.motion_answers import alarm_text
+    from cabledrive.app.resonance_answer import ALARM, BRANCH, branches_text, resonance_data, resonance_text
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.planned_motion import read_motion
     from cabledrive.studies.resonance import remedies, resonance

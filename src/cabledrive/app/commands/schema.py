@@ -14,9 +14,9 @@ def command(of: str | None = opt("COMMAND", "Of the JSON object that this comman
     """Print the JSON Schema of the drive file, for editors, or of what a command answers with --json."""
     found = drive_schema()
     if of is not None:
-        from cabledrive.app.schemas import BY_COMMAND, answer_schema
+        from cabledrive.app.schemas import ANSWERS, answer_schema
 
-        require_known(of, BY_COMMAND, f'--of: "{of[:60]}" is no command that prints an object')
+        require_known(of, ANSWERS, f'--of: "{of[:60]}" is no command that prints an object')
         found = answer_schema(of)
     schema = {"$comment": f"cabledrive {__version__}"} | found
     return Answer(data=schema, text=json.dumps(schema, indent=2), provenance=None)

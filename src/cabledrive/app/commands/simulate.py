@@ -4,14 +4,16 @@ from typing import Any
 
 import click
 
+from cabledrive.answers.result import aligned
 from cabledrive.app.combinations import refuse_given, tell_given, was_given
 from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import force_option, machine_argument, option, subcommand
-from cabledrive.app.results import Answer, NewFile, provenance, reasoned
-from cabledrive.app.run_answer import fields_to_animate, method_of, plucks_of, run_text, undrawn
-from cabledrive.app.two_motor_answer import move_of
+from cabledrive.app.results import Answer, NewFile, provenance
+from cabledrive.app.track_answer import move_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.units import to_si
+from cabledrive.report.typesetting import stated
 from cabledrive.simulation import Constant, Pluck, Recording, Scheme, Signal, Sine, Start, simulate
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.travel import PlannedMove
@@ -137,7 +139,7 @@ def command(
         note(f"written to {result.path}")
     missing = undrawn(drive, result, plot, animate)
     return Answer(
-        data=reasoned(result.summary(), {"error_estimate": "not asked for by --error-estimate"}),
+        data=result.keys(result.summary()),
         text=run_text(drive, result, options["duration"]),
         provenance=provenance(drive, method=method_of(result), step=result.step) | result.provenance,
         incomplete="; ".join(words for words in (result.stopped, missing) if words) or None,
@@ -193,3 +195,83 @@ def _scheme(options: dict[str, Any], segments: int) -> Scheme:
         slack="tension-only" if options["tension_only"] else "stop",
         friction="smoothed" if options["smooth_friction"] else "stick-slip",
     )
+
+
+def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:
+    """Plucks from "SPAN=HEIGHT"."""
+    found = []
+    for words in given:
+        span, equals, height = words.rpartition("=")
+        if not equals:
+            raise InputRefused(f'--pluck "{words[:60]}": write SPAN=HEIGHT, such as "motor to idler=1 mm"')
+        found.append(Pluck(height=to_si(height.strip(), "m"), span=span.strip(), shape=shape))
+    return tuple(found)
+
+
+def method_of(result: Any) -> str:
+    """How a run was made, in one line."""
+    method = result.provenance["method"]
+    if method["model"] == "fast":
+        sines = f"{method['sines']} sines per span"
+        return f"{method['name']}, {sines}, valid below {method['ends_at_hz']:.4g} Hz"
+    words = f"{method['name']}, {method['model']} cable, {method['segments']} segments on the longest span, "
+    return f"{words}{method['friction']} friction" + (", bodies travel" if method.get("travels") else "")
+
+
+def run_text(drive: Drive | RoutedDrive, result: Any, asked: float) -> str:
+    """Lines of the answer; ``asked``: duration of the run [s]."""
+    found = result.summary()
+    short = f" of {asked:.6g} s asked for" if result.stopped else ""
+    lines = [f"{drive.title or drive.name}: {result.steps * result.step:.6g} s{short}", method_of(result)]
+    lines += aligned(result.figures)
+    units = {channel.name: channel.unit for channel in result.channels}
+    for name, part in found.get("coordinates", {}).items():
+        lines.append(f"  {name:<32} {part['peak_to_peak']:.6g} {units[name]} peak to peak")
+    for span in found.get("spans", ()):
+        least, peak = stated(span["least_tension"], 5), stated(span["midpoint_peak"], 5)
+        lines.append(
+            f"  {span['name']:<44} least tension {least or 'no record'} N, peak of |w| {peak or 'left out'}"
+        )
+    for wrap in found.get("wraps", ()):
+        of = "" if wrap["friction"] is None else f" of {wrap['friction']:.3g}"
+        lines.append(f"  friction that {wrap['pulley']} needs  {wrap['needed_friction']:.3g}{of}")
+    lines += [f"slack: {event['span']} at {event['time']:.6g} s" for event in found["slack_events"][:5]]
+    return "\n".join(lines)
+
+
+def undrawn(
+    drive: Any,
+    result: Any,
+    plot: NewFile | None,
+    animate: NewFile | None = None,
+) -> str | None:
+    """Draw what was asked for, and say why a picture is not there: the run itself is done by then."""
+    try:
+        if plot is not None:
+            from cabledrive.report.figures.run_histories import run_plot
+
+            plot.write(run_plot(drive, result, plot.path.suffix[1:].lower()))
+        if animate is not None:
+            from cabledrive.report.animation import animation_page
+
+            animate.write(animation_page(drive, result))
+    except InputRefused as refusal:
+        return f"not drawn: {refusal}"
+    return None
+
+
+def fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
+    """Every how many records all nodes are kept: as asked for, else often enough to follow the motion."""
+    from cabledrive.report.animation import frame_interval
+
+    if options["model"] == "fast":
+        raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
+    interval = min(frame_interval(drive), options["duration"] / 24.0)
+    every = options["fields"] or max(1, round(options["rate"] * interval))
+    records = options["duration"] * options["rate"]
+    if every > records:
+        raise InputRefused(
+            f"--animate: all nodes at every {every}th of {records:.0f} records are no two pictures: lower "
+            "--fields, raise --rate, or run longer"
+        )
+    return every

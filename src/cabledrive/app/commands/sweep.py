@@ -6,12 +6,15 @@ from typing import Any
 
 import click
 
+from cabledrive.answers.keys import Keys
 from cabledrive.app.failures import QUIET
 from cabledrive.app.options import argument, force_option, opt, subcommand
 from cabledrive.app.results import FORCE, Answer, provenance
 from cabledrive.parameters import InputRefused
 
 METHOD = "each row by its number alone; chunks of rows written whole, their status last"
+
+SWEPT = Keys("count: rows done refused failed number: seconds setup_seconds text: engine store")
 
 
 class Part(click.ParamType):  # type: ignore[type-arg]

@@ -3,7 +3,7 @@
 import click
 
 from cabledrive.app.options import argument, opt, saves_answer, subcommand
-from cabledrive.app.results import Answer, known, provenance
+from cabledrive.app.results import Answer, provenance
 
 METHOD = "share of the rows; conditional yield in twenty parts along each key; Clopper-Pearson, 95 %"
 
@@ -17,16 +17,9 @@ def command(
     target: float = opt(float, "Yield that is wanted.", 0.99, metavar="SHARE"),
 ) -> Answer:
     """Yield of the rows of STORE.zarr against every --goal, and the intervals of keys that would raise it."""
-    from cabledrive.campaign.results import tolerance
+    from cabledrive.campaign.results import YIELD, tolerance
 
     found = tolerance(store, list(goals), target=target)
-    why = f"no interval of this key alone yields {target:.4g}"
-    data = found | {
-        "goals": [{"goal": goal.text, "output": goal.output, "limit": goal.limit} for goal in found["goals"]],
-        "keys": {
-            key: one | {"tightened": known(one["tightened"], why)} for key, one in found["keys"].items()
-        },
-    }
     words = " and ".join(goal.text for goal in found["goals"])
     lines = [
         f"{100 * found['yield']:.2f} % of {found['rows']} rows hold {words} "
@@ -42,4 +35,6 @@ def command(
         now = f"{one['low']:.5g} to {one['high']:.5g}{unit}"
         then = tight and f"{tight['low']:.5g} to {tight['high']:.5g}{unit}"
         lines.append(f"  {key:<32} {now}: {then or 'not by this key alone'}")
-    return Answer(data=data, text="\n".join(lines), provenance=provenance(method=METHOD))
+    return Answer(
+        data=YIELD(found | {"goals": goals}), text="\n".join(lines), provenance=provenance(method=METHOD)
+    )

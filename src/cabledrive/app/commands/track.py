@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from cabledrive.answers.runs import TRACKED
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import (
     axis_argument,
@@ -15,9 +16,8 @@ from cabledrive.app.options import (
     saves_answer,
     subcommand,
 )
-from cabledrive.app.results import Answer, NewFile, provenance, reasoned
-from cabledrive.app.track_text import track_text
-from cabledrive.app.two_motor_answer import two_motor_answer
+from cabledrive.app.results import Answer, NewFile, provenance
+from cabledrive.app.track_answer import track_text, two_motor_answer
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.parameters.route import RoutedDrive
 
@@ -26,11 +26,6 @@ OF_THE_RIG = (
     *("segments", "check_conditions", "jitter", "pair", "preload"),
 )
 OF_THE_RUN = ("controller", "bandwidth", "gains", "feedforward", "plant", "seed", "draws", "repeat")
-NONE = {
-    "later_pulses_error_deg": "the motion has one pulse",
-    "bound_used": "no bound",
-    "estimates_within_bounds": "the law has no estimates with bounds",
-}
 METHOD = "inertias and links in steps of second order between samples, friction set-valued"
 
 
@@ -184,8 +179,8 @@ def command(
         animate.write(controlled_film(actual or drive, found))
     said = found.summary
     return Answer(
-        data=reasoned(said, NONE),
-        text=track_text(drive, said),
+        data=TRACKED(said),
+        text=track_text(drive, found),
         provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=spec["seed"]),
         incomplete=found.incomplete,
     )

@@ -1,12 +1,13 @@
 """Whether the model of an axis holds: faults that its log shows, what is left, how it does on another."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy import signal
 
+from cabledrive.answers.keys import Keys
 from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of
 from cabledrive.identification.axis.equation import direction_of
 from cabledrive.identification.axis.faults import (
@@ -182,6 +183,13 @@ def _explained(left: Array, wave: Complex) -> tuple[float, float]:
     return 1.0 - float(rest @ rest) / float(left @ left), float(np.hypot(*weights))
 
 
+AGAINST = Keys(
+    "text: source object: open_loop{text: reason? unit? number: error? relative?} closed_loop{text: reason? "
+    "unit? torque_unit? number: error? torque_error? relative?} map: cross_test{number: value other text: "
+    "unit flag: agrees}"
+)
+
+
 def against(found: Identification, alone: Identification, other: Log, options: AxisOptions) -> dict[str, Any]:
     """An identified axis on another log, as JSON gives it; ``alone``: what that log gives by itself.
 
@@ -232,26 +240,6 @@ def against(found: Identification, alone: Identification, other: Log, options: A
         "closed_loop": closed_loop,
         "cross_test": cross,
     }
-
-
-def words_of(found: Mapping[str, Any]) -> list[str]:
-    """The same for people."""
-    lines = ["", f"against {found['source']}:"]
-    for title, key, more in (
-        ("open loop", "open_loop", "of the speed"),
-        ("followed", "closed_loop", "of the torque is added"),
-    ):
-        part = found[key]
-        if "reason" in part:
-            lines.append(f"  {title:<10} {part['reason']}")
-        else:
-            error = f"{part['error']:.3g} {part['unit']}"
-            lines.append(f"  {title:<10} {100 * part['relative']:.2g} % {more}; error {error}")
-    for name, one in found["cross_test"].items():
-        state = "agrees" if one["agrees"] else "intervals apart"
-        words = f"{one['value']:.4g}, by itself {one['other']:.4g} {one['unit']}"
-        lines.append(f"  {name.replace('_', ' '):<20} {words}: {state}")
-    return lines
 
 
 def regressor_curves(log: Log, found: Identification, options: AxisOptions) -> tuple[Array, Array, Array]:

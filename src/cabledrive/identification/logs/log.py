@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.answers.result import Result
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest, require_known
@@ -41,8 +42,10 @@ class DataReport:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Log:
+class Log(Result):
     """Channels at even intervals."""
+
+    _table = "time: channels"
 
     source: str  # name of the file, or what made it
     time: Array  # (samples,): [s]

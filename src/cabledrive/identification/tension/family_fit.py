@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from cabledrive.identification.estimates import Estimate
+from cabledrive.answers.keys import Keys
+from cabledrive.identification.estimates import ESTIMATE, Estimate
 from cabledrive.identification.logs.log import DataReport
 from cabledrive.identification.tension.families import Family, matched
 from cabledrive.identification.tension.recording import PARTIALS, PreparedRecording
@@ -50,28 +51,29 @@ class SpanTension:
         """What the string formula says minus the tension, over the tension."""
         return self.bare / self.tension.value - 1.0
 
-    def as_dict(self) -> dict[str, Any]:
-        """The details beside the tension as JSON has them."""
+    @property
+    def of_length_and_mass(self) -> dict[str, float]:
+        """How far 1 % of the file's length, and of its mass per length, moves the tension [N]."""
         one = 0.01 * self.of_mass * self.tension.value
-        return {
-            "channel": self.channel,
-            "string_formula": self.bare,
-            "string_formula_bias": self.bias,
-            "line_width_hz": self.line_width,
-            "of_length_and_mass": {
-                "of_1_percent_of_length": 2.0 * one,
-                "of_1_percent_of_mass_per_length": one,
-            },
-            "partials": [
-                {
-                    "number": partial.number,
-                    "frequency_hz": partial.frequency,
-                    "standard_error_hz": partial.standard_error,
-                    "rise_with_amplitude_hz": partial.rise,
-                }
-                for partial in self.partials
-            ],
-        }
+        return {"of_1_percent_of_length": 2.0 * one, "of_1_percent_of_mass_per_length": one}
+
+
+SPAN = Keys(
+    "channel string_formula=bare string_formula_bias=bias line_width_hz=line_width "
+    "of_length_and_mass partials",
+    parts={
+        "partials": Keys(
+            "number frequency_hz=frequency standard_error_hz=standard_error rise_with_amplitude_hz=rise",
+            of=Partial,
+        )
+    },
+    of=SpanTension,
+)
+PINGED = Keys(
+    "text: model map: parameters spans flag: identifiable texts: unidentifiable findings rows: data object: "
+    "residual{number: relative text: of}",
+    parts={"parameters": ESTIMATE, "spans": SPAN, "data": DataReport},
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -106,7 +108,7 @@ class PingTension:
             "identifiable": self.identifiable,
             "unidentifiable": list(self.unidentifiable),
             "residual": {"relative": spread, "of": "tensions of partials"},
-            "spans": {span: one.as_dict() for span, one in self.spans.items()},
+            "spans": {span: SPAN(one) for span, one in self.spans.items()},
             "findings": [finding for one in self.spans.values() for finding in one.findings],
             "data": [self.report.as_dict()],
         }

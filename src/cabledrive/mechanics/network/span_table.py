@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.answers.keys import Keys
 from cabledrive.mechanics.datasheet import ELASTIC_RULE
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.statics import Statics, statics_of, unheld_words
@@ -15,6 +16,23 @@ _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
 """Angles [deg] between which a span was probably meant to be parallel to a slide."""
 
 _LITTLE_SAFETY = 3.0
+
+
+END = "the span ends at an anchor or a drum"
+SPAN_ROW = Keys(
+    "text: name route number: length unstretched_length tension tension_start tension_end wrap "
+    "string_frequency_hz irvine_parameter equivalent_rigidity safety_factor count: ropes note: pulley "
+    "numbers: along",
+    {"safety_factor": "no strength [N] in the file", "wrap": END, "pulley": END},
+)
+PULLEY_ROW = Keys(
+    "text: name route number: wrap tension_in tension_out needed_friction capstan_friction bend_ratio",
+    {
+        "needed_friction": "a tension is gone",
+        "capstan_friction": "no capstan_friction in the file",
+        "bend_ratio": "no least bending radius of the rope in the file",
+    },
+)
 
 
 def span_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:

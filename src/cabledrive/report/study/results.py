@@ -2,12 +2,21 @@
 
 import hashlib
 import json
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
+from cabledrive.answers.keys import Keys
+from cabledrive.answers.runs import CHAIN
+from cabledrive.mechanics.network.span_table import (
+    PULLEY_ROW,
+    SPAN_ROW,
+    pulley_rows,
+    route_warnings,
+    span_rows,
+)
 from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.modal import modes
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
@@ -18,15 +27,17 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.version import __version__
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
 from cabledrive.rig.laws.controller_file import plain_numbers
+from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.study import stage_cache
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, ReachedError, WorstCase
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageCase
-from cabledrive.studies.study.goals import error_unit, goal_of
+from cabledrive.studies.study.goals import Goals, error_unit, goal_of
 from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.plants import load_case
+from cabledrive.studies.study.verdict_stage import Margin
 
 COUNT = 6
 REMEDY = "name another axis (--axis), or give a machine whose load is the end of a chain"
@@ -48,42 +59,51 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
     cautions = [*route_warnings(drive), *found.warnings]
     if logs:
         cautions.append(f"{logs} logs were not used: without a chain there is nothing to identify")
-    return {
-        "verdict": "unknown",
-        "headline": f"no controller: {why}",
-        "candidates": [],
-        "reasons": [f"no controller: {why}", reason],
-        "findings": [
-            {"id": "no-chain", "value": None, "value_reason": why, "limit": None, "unit": "", "decides": True}
-        ],
-        "remedies": [REMEDY],
-        "cautions": cautions,
-        "margins": {
-            "lowest_tension": min(min(row["tension_start"], row["tension_end"]) for row in spans),
-            "safety_factor": min(
-                (row["safety_factor"] for row in spans if row["safety_factor"] is not None), default=None
-            ),
-            "spans": spans,
-            "pulleys": pulleys,
-        },
-        "drive": drive.name,
-        "drive_hash": content_hash(drive),
-        "stages": {
-            "modes": {
-                "longitudinal_hz": [mode.frequency for mode in found.longitudinal],
-                "transverse_hz": [mode.frequency for mode in found.transverse],
-                "certified": found.certified,
-                "certified_reason": found.certified_reason,
+    return WITHOUT_CHAIN(
+        {
+            "verdict": "unknown",
+            "headline": f"no controller: {why}",
+            "candidates": [],
+            "reasons": [f"no controller: {why}", reason],
+            "findings": [
+                {
+                    "id": "no-chain",
+                    "value": None,
+                    "value_reason": why,
+                    "limit": None,
+                    "unit": "",
+                    "decides": True,
+                }
+            ],
+            "remedies": [REMEDY],
+            "cautions": cautions,
+            "margins": {
+                "lowest_tension": min(min(row["tension_start"], row["tension_end"]) for row in spans),
+                "safety_factor": min(
+                    (row["safety_factor"] for row in spans if row["safety_factor"] is not None), default=None
+                ),
+                "spans": spans,
+                "pulleys": pulleys,
             },
-            "resonance": resonance,
-        },
-        "provenance": {
-            "cabledrive": __version__,
             "drive": drive.name,
             "drive_hash": content_hash(drive),
-            "method": "certified modes, pairs near internal resonance, tensions at rest",
-        },
-    }
+            "stages": {
+                "modes": {
+                    "longitudinal_hz": [mode.frequency for mode in found.longitudinal],
+                    "transverse_hz": [mode.frequency for mode in found.transverse],
+                    "certified": found.certified,
+                    "certified_reason": found.certified_reason,
+                },
+                "resonance": resonance,
+            },
+            "provenance": {
+                "cabledrive": __version__,
+                "drive": drive.name,
+                "drive_hash": content_hash(drive),
+                "method": "certified modes, pairs near internal resonance, tensions at rest",
+            },
+        }
+    )
 
 
 RESULTS, REPORT, DRIVE, CONTROLLER = "results.json", "report.html", "drive.toml", "controller.json"
@@ -91,6 +111,77 @@ ACCEPTED = ("draws", "peaks", "failed", "saturated", "largest_torque", "worst")
 LOAD_KEYS, CARRIAGE_KEYS = ("plant", "inside", "reason"), ("rests", "smallest_tension")
 """Keys of an acceptance, and those that only loads, and only carriages, have."""
 METHOD = "study in stages, each kept by the hash of its inputs"
+FINDING = "text: id unit number: value limit flag: decides"
+FOUND = Keys(
+    "text: verdict headline drive drive_hash asked code sha256 texts: reasons remedies cautions map: "
+    "files=text rows: candidates{text: controller setting plant reason count: runs ended_early "
+    "number: share share_low worst_deg? worst_mm? reached_deg? reached_mm? flag: holds}",
+    dict.fromkeys(("share", "share_low", "holds"), "no error goal given")
+    | dict.fromkeys(("worst_deg", "worst_mm", "reached_deg", "reached_mm"), "too many runs ended early"),
+)
+QUANTILES = Keys(
+    "number: reached median_error quantile_95_error quantile_99_error largest_error",
+    dict.fromkeys(
+        ("median_error", "quantile_95_error", "quantile_99_error", "largest_error"), "no run lasted"
+    )
+    | {"reached": "no error goal given"},
+)
+OF_LOADS = Keys(
+    " ".join((*ACCEPTED, *LOAD_KEYS)),
+    {"inside": "no bound is stated"},
+    also=(QUANTILES,),
+    of=AcceptanceResult,
+)
+OF_A_CARRIAGE = Keys(
+    "number: quantile_99_error_at_rest largest_torque smallest_tension count: draws failed saturated "
+    "numbers: peaks rests object: worst",
+    {"worst": "no run lasted"},
+    {"worst": Keys("draw values phases time error torque course=reference", of=WorstCase)},
+    (QUANTILES,),
+)
+LEFT_OUT = ("columns", "spreads")
+"""Goals that a study does not answer."""
+_ASKED = tuple(field.name for field in fields(Goals) if field.name not in LEFT_OUT)
+STAGES = Keys(
+    "object: laws{object: chosen rows: cable{text: controller setting plant reason count: runs failed "
+    "number: share share_low worst object: reached flag: holds}} "
+    "acceptance{object: lumped? cable? carriage?}",
+    {
+        "laws": "no law was run, or that of a carriage",
+        "carriage": "no plant with a carriage was run",
+        "chosen": "none holds",
+    }
+    | dict.fromkeys(("share", "share_low", "holds"), "no error goal given")
+    | dict.fromkeys(("worst", "reached"), "no run lasted"),
+    {"chosen": LawSetting, "reached": ReachedError, "carriage": OF_A_CARRIAGE}
+    | dict.fromkeys(("lumped", "cable"), OF_LOADS),
+    (Keys("check identification=knowledge modes resonance demand model controller", of=StudyResult),),
+)
+STUDY = Keys(
+    f"text: study number: reached_error_deg? reached_error_mm? share confidence rows: margins "
+    f"findings{{{FINDING} text: message}} object: goals stages axis?",
+    {"share": "no error goal given"} | dict.fromkeys(("value", "limit"), "the finding is in words"),
+    {
+        "margins": Margin,
+        "goals": Keys(" ".join(_ASKED), dict.fromkeys(_ASKED, "not asked for"), of=Goals),
+        "stages": STAGES,
+        "axis": CHAIN,
+    },
+    (FOUND,),
+)
+WITHOUT_CHAIN = Keys(
+    f"rows: findings{{{FINDING}}} object: margins{{number: lowest_tension safety_factor rows: spans pulleys}}"
+    " stages{object: modes{numbers: longitudinal_hz transverse_hz flag: certified note: certified_reason} "
+    "resonance{text: verdict nearest_span number: threshold_torque longitudinal_hz frequency_ratio}}",
+    {
+        "limit": "there is none",
+        "safety_factor": "no strength [N] in the file",
+        "resonance": "not computed, see reasons",
+        "threshold_torque": "no pair is near resonance",
+    },
+    {"spans": SPAN_ROW, "pulleys": PULLEY_ROW},
+    (FOUND,),
+)
 
 
 def results_of(result: StudyResult) -> dict[str, Any]:
@@ -136,40 +227,40 @@ def results_of(result: StudyResult) -> dict[str, Any]:
     if size is None:
         why = "too many runs ended early" if reached else "no law was run on drawn plants"
         error |= {f"{name}_reason": why for name in tuple(error) if error[name] is None}
-    return {
-        "verdict": verdict.answer,
-        "headline": verdict.reasons[0],
-        **error,
-        "candidates": candidates,
-        "reasons": list(verdict.reasons),
-        "findings": [_finding(one) for one in result.knowledge.findings],
-        "remedies": list(verdict.remedies),
-        "cautions": list(verdict.cautions),
-        "margins": stage_cache.as_plain(verdict.margins),
-        "drive": result.drive.name,
-        "drive_hash": content_hash(result.drive),
-        **({"axis": result.drive.words} if isinstance(result.drive, AxisDrive) else {}),
-        "goals": {name: value for name, value in goals.items() if name not in ("columns", "spreads")},
-        "stages": {name: stage_cache.as_plain(stage) for name, stage in stages.items()}
-        | {"acceptance": accepted},
-        "study": result.key,
-        "provenance": {
-            "cabledrive": __version__,
+    return STUDY(
+        {
+            "verdict": verdict.answer,
+            "headline": verdict.reasons[0],
+            **error,
+            "candidates": candidates,
+            "reasons": list(verdict.reasons),
+            "findings": [_finding(one) for one in result.knowledge.findings],
+            "remedies": list(verdict.remedies),
+            "cautions": list(verdict.cautions),
+            "margins": stage_cache.as_plain(verdict.margins),
             "drive": result.drive.name,
             "drive_hash": content_hash(result.drive),
-            "logs": {log.name: log.sha256 for log in result.check.logs},
-            "source_hash": stage_cache.sources_hash(),
-            "method": METHOD,
-            "seed": result.goals.seed,
-        },
-    }
+            **({"axis": result.drive.words} if isinstance(result.drive, AxisDrive) else {}),
+            "goals": {name: value for name, value in goals.items() if name not in LEFT_OUT},
+            "stages": {name: stage_cache.as_plain(stage) for name, stage in stages.items()}
+            | {"acceptance": accepted},
+            "study": result.key,
+            "provenance": {
+                "cabledrive": __version__,
+                "drive": result.drive.name,
+                "drive_hash": content_hash(result.drive),
+                "logs": {log.name: log.sha256 for log in result.check.logs},
+                "source_hash": stage_cache.sources_hash(),
+                "method": METHOD,
+                "seed": result.goals.seed,
+            },
+        }
+    )
 
 
 def _finding(found: LogFinding) -> dict[str, Any]:
     """What a log says against the drive file."""
     data = {name: getattr(found, name) for name in ("id", "value", "limit", "unit", "decides")}
-    if found.value is None:
-        data |= {f"{key}_reason": "the finding is in words" for key in ("value", "limit")}
     return data | {"message": found.words}
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from cabledrive.answers.result import Result, Row
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -24,8 +25,16 @@ from cabledrive.studies.study.verdict_stage import Verdict, judge
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StudyResult(Findings):
+class StudyResult(Findings, Result):
     """Everything that a study found, with its verdict."""
+
+    _table = "verdict.margins"
+    _shown = (
+        Row("drive.name", "drive"),
+        Row("verdict.answer", "verdict"),
+        Row("verdict.reasons", "reasons"),
+        Row("verdict.remedies", "what would help"),
+    )
 
     drive: Drive = meaning("as its file says")
     known: Drive = meaning("with the best values, after identification")

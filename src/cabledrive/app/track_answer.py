@@ -1,14 +1,21 @@
-"""`cabledrive track` of a body between two motors: its options, its run, its text."""
+"""What `cabledrive track` prints for people, and a body between two motors: its options, its run."""
 
-from typing import Any
+from math import pi
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from cabledrive.answers.result import aligned
+from cabledrive.answers.runs import WOUND
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters import Drive, InputRefused, load_drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
+from cabledrive.report.typesetting import stated
+
+if TYPE_CHECKING:
+    from cabledrive.rig import Tracking, TwoMotorTracking
 
 METHOD = "exact geometry of two lines that only pull, symplectic steps, set-valued friction"
 NOT_HERE = (
@@ -51,8 +58,8 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
     assert isinstance(found, TwoMotorTracking)  # the drive has two winches
     said = found.summary
     return Answer(
-        data=said,
-        text=_text(drive, said),
+        data=WOUND(said),
+        text=track_text(drive, found),
         provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=spec["seed"]),
         incomplete=found.incomplete,
     )
@@ -66,41 +73,45 @@ def move_of(words: str) -> tuple[str, float]:
     return name.strip(), to_si(value, "m")
 
 
-HEAD = """\
-{title}: {controller} on {plant}
-
-  motion          {way} in {motion[rise]:.4g} s and back
-  peak error      {peak_error_mm:9.3f} mm
-  rms error       {rms_error_mm:9.3f} mm"""
-LINE = (
-    "  {name:<15} {least:>9} to {largest_tension:.1f} N, allowed from {least_allowed:.1f} N, at rest "
-    "{at_rest:.1f} N"
-)
-MOTOR = "  {name:<15} {peak_torque:9.2f} N m at most, limit {torque_limit:.4g} N m"
-DRAWS = """\
-  over {draws} draws   tension kept in {kept} (of all at least {low:.1f} %), least {least_tension:.1f} N
-    peak error {median} median, {worst} worst
-    bound of the position left by {position_bound_left}
-    drawn: {drawn}"""
-
-
-def _text(drive: RoutedDrive, said: dict[str, Any]) -> str:
-    way = ", ".join(f"{name} {value:+.4g} m" for name, value in said["motion"]["way"].items())
-    lines = [HEAD.format(**said, title=drive.title or drive.name, way=way)]
-    lines += [f"  bound {name:<9} {bound:9.3f} mm" for name, bound in said["position_bound_mm"].items()]
-    lines.append(f"   used           {said['position_bound_used']:9.2f}")
-    if said["position_broken_assumptions"]:
-        lines.append("   its assumptions do not hold: " + "; ".join(said["position_broken_assumptions"]))
-    for line in said["lines"]:
-        least = "-" if line["least_tension"] is None else f"{line['least_tension']:.1f}"
-        lines += [LINE.format(**line, least=least), *(f"    {span}" for span in line["spans"])]
-    lines += [MOTOR.format(**motor) for motor in said["motors"]]
-    lines.append(f"  least damping   {said['least_damping']:9.2f} of the poles of the loop along the way")
-    lines.append(f"  tension promised for gusts of up to {said['gust']:.4g} N, as long as")
-    lines += [f"    {words}" for words in said["assumptions"]]
-    lines += [f"  {words}" for words in said["reasons"]]
-    if over := said.get("over_draws"):
-        errors = (over[f"{name}_peak_error_mm"] for name in ("median", "worst"))
-        median, worst = ("none" if error is None else f"{error:.2f} mm" for error in errors)
-        lines.append(DRAWS.format(**over, low=100 * over["share_low"], median=median, worst=worst))
+def track_text(drive: Drive | RoutedDrive, found: "Tracking | TwoMotorTracking") -> str:
+    """The text: the figures of the run, and what comes in lists."""
+    said = found.summary
+    head = f"{drive.title or drive.name}: {said['controller']} on {said['plant']}, {said['observer']}"
+    lines = [head, "", *aligned(found.figures)]
+    if isinstance(said.get("encoders"), list) and "load" not in said["encoders"]:
+        lines.append("  no encoder at the load: errors are of the simulated load, which no sensor shows")
+    poles = (
+        f"{one['frequency_hz']:.1f} Hz ({one['damping_ratio']:.2f})"
+        for one in said.get("closed_loop_poles") or ()
+    )
+    if shown := ", ".join(poles):
+        lines.append(f"  poles on the plant, true states: {shown}")
+    for number, one in enumerate(said.get("repeated", {}).get("repetitions", ()), start=1):
+        seen, true = one["encoder_rms_deg"], one["peak_error_deg"]
+        lines.append(f"  repetition {number:3d}  {seen:9.4f} deg rms by its encoder, largest {true:.4f} deg")
+    moved = said.get("axis", {}).get("cross_motion")  # of the other axis, its motors free or held
+    if moved:
+        away, off = (
+            _most(of, moved[key]) for of, key in ((moved["other"], "motion"), (said["axis"]["load"], "load"))
+        )
+        lines.append(
+            f"  along this run {moved['other']} moves by up to {away}, which adds up to {off} to the error"
+        )
+    for name, bound in said.get("position_bound_mm", {}).items():
+        lines.append(f"  bound {name:<9} {bound:9.3f} mm")
+    lines += [LINE.format(**line, least=stated(line["least_tension"], 5)) for line in said.get("lines", ())]
+    lines += [MOTOR.format(**motor) for motor in said.get("motors", ())]
     return "\n".join(lines)
+
+
+LINE = (
+    "  {name:<15} {least} to {largest_tension:.1f} N, allowed from {least_allowed:.1f} N, "
+    "at rest {at_rest:.1f} N"
+)
+MOTOR = "  {name:<15} {peak_torque:.2f} N m at most, limit {torque_limit:.4g} N m"
+
+
+def _most(coordinate: str, values: list[float]) -> str:
+    """The larger of two motions, in mm or deg."""
+    scale, unit = (1e3, "mm") if coordinate.endswith((".x", ".y", "along")) else (180.0 / pi, "deg")
+    return f"{scale * max(values):.2g} {unit}"

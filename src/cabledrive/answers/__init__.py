@@ -1,0 +1,1 @@
+"""What results declare of themselves: keys of JSON, figures for people, tables over time."""

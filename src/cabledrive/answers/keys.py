@@ -1,0 +1,93 @@
+"""Keys of JSON that a result declares, with their kinds, and why a value may be absent."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from functools import reduce
+from math import isfinite
+from typing import Any
+
+from cabledrive.parameters.fields import key_of
+
+_BRACES = re.compile(r"(\w+)\{((?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*)\}")
+"""A key and what its braces hold, braces inside included."""
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Keys of an object of JSON, declared once beside what makes it: they make the object and its schema.
+
+    ``names``: attributes of the class ``of``, apart by blanks, as "key=name" where the key is another,
+    "key=name.part" of a part of one; with "?" behind it where it is left out when there is nothing; "*": the
+    figures that the result declares; "**": all its fields. Of a result that is made as a dictionary kinds
+    stand before the keys, "text: motor number: torque speed?": text, note (or null), flag, count, number,
+    numbers, texts, rows, object, map, any; braces hold the keys of an object, of each row or each value of a
+    map, which may be of a kind as well: "map: units=text". ``whys``: by key, inside too, why a value may be
+    None, or the attribute that says so behind a point; ``parts``: likewise what is inside, keys, a class
+    or several as a tuple; ``also``: other keys of the same object.
+    """
+
+    names: str
+    whys: Mapping[str, str] = field(default_factory=dict)
+    parts: Mapping[str, Any] = field(default_factory=dict)
+    also: tuple["Keys", ...] = ()
+    of: type = dict
+
+    def __post_init__(self) -> None:
+        found = {key: Keys(names, self.whys, self.parts) for key, names in _BRACES.findall(self.names)}
+        object.__setattr__(self, "parts", {**self.parts, **found})
+        object.__setattr__(self, "names", _BRACES.sub(r"\1", self.names))
+
+    def __call__(self, own: Any) -> dict[str, Any]:
+        """The object of a result; what is a dictionary already keeps its order and gets its reasons."""
+        found: dict[str, Any] = {}
+        if isinstance(own, Mapping):
+            whys = {key: why for key, _, _, why, _ in self.each()}
+            for key, value in own.items():
+                lost = value is None and whys.get(key) and f"{key}_reason" not in own
+                found |= _absent(key, whys[key]) if lost else {key: self._inside(key, value)}
+            for other in self.also:
+                found = other(found)
+            return found
+        missing = getattr(own, "missing", {})
+        for key, name, optional, why, _ in self.each():
+            value = reduce(_part, name.split("."), own)
+            if optional and not value:
+                continue
+            why = missing.get(name, getattr(own, why[1:]) if why.startswith(".") else why)
+            lost = value is None or (isinstance(value, float) and not isfinite(value))
+            found |= _absent(key, why) if lost and why else {key: self._inside(key, value)}
+        return found
+
+    def _inside(self, key: str, value: Any) -> Any:
+        part = self.parts.get(key)
+        if not isinstance(part, Keys) or value is None:
+            return value
+        if isinstance(value, (list, tuple)):
+            return [part(one) for one in value]
+        kind = next(kind for name, _, _, _, kind in self.each() if name == key)
+        many = kind == "map" if part.of is dict else isinstance(value, Mapping)
+        return {name: part(one) for name, one in value.items()} if many else part(value)
+
+    def each(self) -> Iterator[tuple[str, str, bool, str, str]]:
+        """Key, attribute, whether it may be left out, why it may be None, kind of one without a class."""
+        kind = ""
+        for word in self.names.split():
+            if word in ("*", "**"):
+                for own in fields(self.of):
+                    if own.compare if word == "**" else own.metadata.get("under"):
+                        yield key_of(own), own.name, False, own.metadata.get("why", ""), ""
+            elif word.endswith(":"):
+                kind = word[:-1]
+            else:
+                key, _, name = word.rstrip("?").partition("=")
+                yield key, name or key, word.endswith("?"), self.whys.get(key, ""), kind
+
+
+def _absent(key: str, why: str) -> dict[str, Any]:
+    return {key: None, f"{key}_reason": why}
+
+
+def _part(own: Any, name: str) -> Any:
+    """An attribute, or an item by its number."""
+    return own[int(name)] if name.isdigit() else getattr(own, name)

@@ -1,0 +1,66 @@
+"""Every result that a function of the package gives shows itself, is a table and is drawn."""
+
+import inspect
+import typing
+from dataclasses import is_dataclass
+from functools import cache
+
+import pytest
+
+import cabledrive as cd
+from cabledrive.answers.result import Result
+from cabledrive.control import OwnController
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.rig import BodyMotion, OwnPlant
+
+NO_RESULTS = (cd.Drive, RoutedDrive, OwnController, OwnPlant)
+FUNCTIONS = [getattr(cd, name) for name in cd.__all__ if inspect.isfunction(getattr(cd, name))]
+LOOP, ROUTED = cd.load_drive("dissertation-3"), cd.load_drive("corexy")
+
+
+@cache
+def log():
+    """A log of 4 s."""
+    return cd.experiment(LOOP).part(0.0, 4.0)
+
+
+SMALL = {
+    "DerivedQuantities": lambda: cd.derived_quantities(LOOP),
+    "Modes": lambda: cd.modes(LOOP, count=2),
+    "ResonanceSummary": lambda: cd.resonance(LOOP),
+    "RouteResonance": lambda: cd.resonance(cd.load_drive("serpentine")),
+    "SimulationResult": lambda: cd.simulate(LOOP, 1e-3),
+    "NetworkResult": lambda: cd.simulate(ROUTED, 1e-4),
+    "Tracking": lambda: cd.track(LOOP, controller="pd"),
+    "TwoMotorTracking": lambda: cd.track(
+        cd.load_drive("camera-winches"), motion=BodyMotion(moves={"camera.x": 1.0})
+    ),
+    "Comparison": lambda: cd.compare(LOOP, controllers=["pd"], draws=1),
+    "Log": log,
+    "FrequencyResponse": lambda: cd.response(log(), "torque", "angle"),
+    "Identification": lambda: cd.identify(log()),
+}
+ELSEWHERE = {"PrinterShaper", "StudyResult", "SweepResult"}  # longer runs: in the tests of each
+
+
+def given(function):
+    """Dataclasses that a function says it returns."""
+    hint = function.__annotations__.get("return")
+    return [one for one in (typing.get_args(hint) or (hint,)) if inspect.isclass(one) and is_dataclass(one)]
+
+
+def test_every_exported_result_has_a_card_a_table_and_a_drawing():
+    results = {one for function in FUNCTIONS for one in given(function) if not issubclass(one, NO_RESULTS)}
+    assert [one.__name__ for one in results if not issubclass(one, Result)] == []
+    assert {one.__name__ for one in results} <= SMALL.keys() | ELSEWHERE
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_a_result_shows_its_figures_its_table_and_its_curves(name):
+    found = SMALL[name]()
+    assert type(found).__name__ == name
+    table, card = found.to_dataframe(), found._repr_html_()
+    assert table.size
+    assert name in card
+    assert all(value in card for _, value in found.figures if "<" not in value and "&" not in value)
+    assert found.plot().axes
