@@ -66,7 +66,10 @@ class Keys:
         if isinstance(value, (list, tuple)):
             return [part(one) for one in value]
         kind = next(kind for name, _, _, _, kind in self.each() if name == key)
-        many = kind == "map" if part.of is dict else isinstance(value, Mapping)
+        if part.of is dict:
+            many = kind == "map"
+        else:  # a mapping of results, not one result that is plain already
+            many = isinstance(value, Mapping) and all(isinstance(one, part.of) for one in value.values())
         return {name: part(one) for name, one in value.items()} if many else part(value)
 
     def each(self) -> Iterator[tuple[str, str, bool, str, str]]:

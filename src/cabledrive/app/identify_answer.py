@@ -6,7 +6,7 @@ from typing import Any
 from cabledrive.answers.keys import Keys
 from cabledrive.app.results import Answer, provenance
 from cabledrive.identification.axis.check import AGAINST
-from cabledrive.identification.estimates import IDENTIFIED, Estimate
+from cabledrive.identification.estimates import ESTIMATE, IDENTIFIED, Estimate
 from cabledrive.identification.logs.log import ColumnMap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.rope_friction import FrictionSplit, split_friction
@@ -31,6 +31,14 @@ SPLIT = Keys(
     parts=dict.fromkeys(("bearings", "wraps_per_tension"), INTERVAL)
     | {"total": Keys("number: tension", also=(INTERVAL,))},
 )
+CURVE = Keys("numbers: frequency_hz magnitude phase_deg rows: left_out{number: start end text: reason}")
+MEASURED = Keys(
+    "numbers: coherence deviation number: averages count: records_left_out text: input? output? texts: "
+    "warnings? object: amplifier{object: gain bandwidth delay number: gain_db misfit}?",
+    parts=dict.fromkeys(("gain", "bandwidth", "delay"), ESTIMATE),
+    also=(CURVE,),
+)
+COMPUTED = Keys("text: input output motor texts: warnings", also=(CURVE,))
 OF_LOOPS = ("upper", "lower", "both")
 
 

@@ -197,18 +197,17 @@ def axis_argument(function: Function, *, winches: bool = False, chainless: bool 
     )
     @functools.wraps(function)
     def _with_axis(*, drive: Drive | RoutedDrive, axis: str | None, **options: Any) -> Any:
-        no_chain = None
-        if isinstance(drive, RoutedDrive) or axis is not None:
-            from cabledrive.reduction.network_axis import NoChain, as_axis
-            from cabledrive.reduction.two_motors import is_winched
+        from cabledrive.reduction.network_axis import NoChain, as_axis
+        from cabledrive.reduction.two_motors import is_winched
 
-            try:
-                if not (winches and axis is None and is_winched(drive)):
-                    click.get_current_context().meta[_ABOUT] = drive = as_axis(drive, axis)
-            except NoChain as refusal:
-                if not chainless:
-                    raise
-                no_chain = str(refusal)
+        no_chain = None
+        try:
+            if not (winches and axis is None and is_winched(drive)):
+                click.get_current_context().meta[_ABOUT] = drive = as_axis(drive, axis)
+        except NoChain as refusal:
+            if not chainless:
+                raise
+            no_chain = str(refusal)
         return function(drive=drive, **options, **({"no_chain": no_chain} if chainless else {}))
 
     return _with_axis

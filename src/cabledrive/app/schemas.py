@@ -34,7 +34,7 @@ ANSWERS = {
     "modes": ("app.commands.modes:LISTED",),
     "report": ("app.commands.report:PAGE_OF_DRIVES", "app.commands.report:PAGE_OF_A_STORE"),
     "resonance": ("app.resonance_answer:ANSWER", "app.motion_answers:ROUTE_ANSWER"),
-    "response": ("app.commands.response:OF_A_LOG", "app.commands.response:OF_A_MACHINE"),
+    "response": ("app.identify_answer:MEASURED", "app.identify_answer:COMPUTED"),
     "sensitivity": ("campaign.results:INDICES", "campaign.results:EFFECTS"),
     "shaper": ("app.shaper_answer:ANSWER", "app.shaper_answer:PRINTER"),
     "simulate": ("simulation.loop_result:LOOP", "simulation.result:NETWORK"),

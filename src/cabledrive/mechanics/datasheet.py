@@ -14,7 +14,7 @@ from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described, figure, rounded
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
 
 
 def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
@@ -207,19 +207,22 @@ STIFFNESS_TOLERANCE = 0.2
 SAMPLES_PER_CYCLE = 10.0
 
 
-def drive_warnings(drive: Drive) -> tuple[str, ...]:
+def drive_warnings(drive: Drive | RoutedDrive) -> tuple[str, ...]:
     """Find what in a drive is likely to be a mistake or a limit.
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
 
     Returns
     -------
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
-    require_two_pulleys(drive, "`drive_warnings`")
+    if isinstance(drive, RoutedDrive):
+        from cabledrive.mechanics.network.span_table import route_warnings  # loops do not wait for it
+
+        return route_warnings(drive)
     sheet = derived_quantities(drive)
     checks = (_static, _elastic, _sag, _torque, _light, _stiffness, _motor, _goal_and_sampling)
     return tuple(line for check in checks for line in check(drive, sheet))

@@ -22,7 +22,7 @@ SIZE = (8.0, 6.0)  # inch
 
 def machine_drawing(drive: Drive | RoutedDrive, form: str) -> bytes:
     """The drawing as the content of a file; ``form``, {"svg", "png", "pdf"}."""
-    machine = drive if isinstance(drive, RoutedDrive) else coordinates(drive)
+    machine = coordinates(drive)
     return file_picture(file_figure(lambda figure: _draw(figure.add_subplot(), machine), SIZE), form)
 
 

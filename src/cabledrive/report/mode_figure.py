@@ -8,7 +8,7 @@ from cabledrive.modal import Modes
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.figures.shapes import draw_mode, name_places
+from cabledrive.report.figures.shapes import draw_mode
 from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture
 from cabledrive.report.words import speed_unit
 from cabledrive.studies.excitation_orders import Campbell
@@ -40,9 +40,7 @@ def mode_figure(drive: Drive | RoutedDrive, found: Modes, *, most: int | None = 
         for number, column in enumerate(columns):
             for row, one in enumerate(column):
                 axes = figure.add_subplot(rows, len(columns), row * len(columns) + number + 1)
-                draw_mode(axes, drive, one.modes[0])
-                if not isinstance(drive, RoutedDrive) and row == len(column) - 1:
-                    name_places(axes, drive)
+                draw_mode(axes, drive, one.modes[0], last=row == len(column) - 1)
 
     return file_figure(draw, (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT[routed] * rows))
 

@@ -134,6 +134,11 @@ class RunResult(Result):
         return reason
 
     @property
+    def travels(self) -> bool:
+        """Whether lengths and directions of spans followed the bodies."""
+        return bool(self.provenance["method"].get("travels", False))
+
+    @property
     def content(self) -> Content:
         """Everything, as a dataset or a file takes it; NetCDF takes a slash for a group."""
         variables = [
@@ -229,11 +234,6 @@ class NetworkResult(RunResult):
         "where bodies travel: largest friction coefficient that each pulley needed, beside the file's", ()
     )
     doubts: tuple[str, ...] = meaning("what the run assumed and did not keep to", ())
-
-    @property
-    def travels(self) -> bool:
-        """Whether lengths and directions of spans followed the bodies."""
-        return bool(self.provenance["method"].get("travels", False))
 
     @property
     def content(self) -> Content:

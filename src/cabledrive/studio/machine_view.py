@@ -9,6 +9,7 @@ from typing import Any
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 
+from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import span_rows
@@ -21,16 +22,16 @@ from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs
 from cabledrive.report.figures.moving_machine import moving_machine
-from cabledrive.report.machine.data import derived_table, figures_table, warnings_of
+from cabledrive.report.machine.data import derived_table, figures_table
 from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
 from cabledrive.report.typesetting import quantity, typeset_words
 from cabledrive.report.words import certificate_line
 from cabledrive.studies.planned_motion import read_motion
-from cabledrive.studies.resonance import ResonanceSummary, resonance
+from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.resonance_map import growth_map
-from cabledrive.studies.route_pairs import RouteResonance, route_resonance
+from cabledrive.studies.route_pairs import RouteResonance, resonance
 from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import map_option
 from cabledrive.studio.form import field_of_refusal, groups_of, text_with
@@ -154,7 +155,7 @@ def _seen(drive: Drive | RoutedDrive, look: Look) -> dict[str, Any]:
         chosen=row,
         held=how_held(found),
         certificate=certificate_line(found),
-        warnings=[*found.warnings, *warnings_of(drive)],
+        warnings=[*found.warnings, *drive_warnings(drive)],
         sheet=_sheet(drive),
     )
     return {
@@ -200,10 +201,8 @@ def resonance_page(request: Request) -> Response:
         words["refusal"] = str(refusal)
     else:
         try:
-            if isinstance(drive, RoutedDrive):
-                words |= _told(route_resonance(drive, torque=amplitude)) | {"why_none": NO_MAP}
-            else:
-                words |= _told(resonance(drive, torque=amplitude))
+            found = resonance(drive, torque=amplitude)
+            words |= _told(found) | ({"why_none": NO_MAP} if isinstance(found, RouteResonance) else {})
         except (InputRefused, NotComputed) as refusal:
             words["why_none"] = f"{NONE_HERE}: {refusal}."
     options = [f"--torque={torque}"] if torque else []

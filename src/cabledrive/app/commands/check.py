@@ -11,11 +11,8 @@ from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import table_text
 
-METHOD = {
-    False: "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness",
-    True: "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness",
-}
-"""Of loops and lines, and of machines with routes."""
+OF_PULLEYS = "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness"
+OF_ROUTES = "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness"
 DERIVED_OF_ROUTES = Keys(
     "number: cable_length lowest_tension highest_tension count: rigid_body_modes map: spring_preload "
     "reasons=text",
@@ -46,7 +43,7 @@ def command(
 
         derived = derived_with_lowest(drive)
         sheet = table_text(derived_table(derived))
-        answer = _answer(drive, {"derived": derived}, [sheet], drive_warnings(drive))
+        answer = _answer(drive, {"derived": derived}, [sheet], OF_PULLEYS)
     if motion_file is not None:
         from cabledrive.app.motion_answers import with_margins
 
@@ -64,7 +61,6 @@ def _checked_route(drive: RoutedDrive) -> Answer:
         PULLEY_ROW,
         SPAN_ROW,
         pulley_rows,
-        route_warnings,
         span_rows,
     )
     from cabledrive.modal.route_network import network_of_routes
@@ -94,16 +90,15 @@ def _checked_route(drive: RoutedDrive) -> Answer:
         "spans": [SPAN_ROW(row) for row in spans],
         "pulleys": [PULLEY_ROW(row) for row in pulleys],
     }
-    return _answer(drive, data, [*tables, lines], route_warnings(drive))
+    return _answer(drive, data, [*tables, lines], OF_ROUTES)
 
 
-def _answer(
-    drive: Drive | RoutedDrive, data: dict[str, Any], parts: list[str], warnings: tuple[str, ...]
-) -> Answer:
+def _answer(drive: Drive | RoutedDrive, data: dict[str, Any], parts: list[str], method: str) -> Answer:
+    warnings = drive_warnings(drive)
     head = f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"
     findings = "\n".join([f"Warning: {line}." for line in warnings] or ["No warnings."])
     return Answer(
         data={"valid": True, "drive_hash": content_hash(drive), **data, "warnings": warnings},
         text="\n\n".join([head, *parts, findings]),
-        provenance=provenance(drive, method=METHOD[isinstance(drive, RoutedDrive)]),
+        provenance=provenance(drive, method=method),
     )

@@ -5,22 +5,12 @@ from typing import Any
 import click
 import numpy as np
 
-from cabledrive.answers.keys import Keys
 from cabledrive.app.combinations import HOW_READ, Chooser, refuse_given, refuse_not_of
 from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
-from cabledrive.identification.estimates import ESTIMATE
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
 from cabledrive.parameters.route import RoutedDrive
 
-CURVE = Keys("numbers: frequency_hz magnitude phase_deg rows: left_out{number: start end text: reason}")
-OF_A_LOG = Keys(
-    "numbers: coherence deviation number: averages count: records_left_out text: input? output? texts: "
-    "warnings? object: amplifier{object: gain bandwidth delay number: gain_db misfit}?",
-    parts=dict.fromkeys(("gain", "bandwidth", "delay"), ESTIMATE),
-    also=(CURVE,),
-)
-OF_A_MACHINE = Keys("text: input output motor texts: warnings", also=(CURVE,))
 LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
 
 

@@ -33,7 +33,7 @@ SERVED = "no input has changed: results of the finished study"
 
 @subcommand("cabledrive study dissertation-3 --quick -o study", (partial(axis_argument, chainless=True),))
 def command(
-    drive: Drive | RoutedDrive,
+    drive: Any,
     no_chain: str | None,
     logs: tuple[str, ...] = opt("path", "A measured log; repeatable.", multiple=True, metavar="LOG"),
     goals: str | None = opt("path", "TOML file: error, motion, torque, load range, carriage, draws."),
@@ -65,8 +65,8 @@ def command(
         before = None if force else _finished_before(folder, asked)  # by another process meanwhile
         if before is not None:
             data = before
-        elif isinstance(drive, RoutedDrive):
-            data = _without_chain(drive, no_chain or "", len(logs), folder, asked)
+        elif no_chain is not None:
+            data = _without_chain(drive, no_chain, len(logs), folder, asked)
         else:
             data = _studied(drive, logs, _goals(goals, quick, every_law), folder, asked)
     return _answer(data, folder)

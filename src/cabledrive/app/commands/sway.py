@@ -32,7 +32,7 @@ def command(
     from cabledrive.report.typesetting import quantity
     from cabledrive.studies.sway import STEEP, sway
 
-    machine = drive if isinstance(drive, RoutedDrive) else as_machine(drive)
+    machine = as_machine(drive)
     found = sway(machine, building, amplitude, vary_of(machine, (text,)) if text else None)
     key = found.keys[0] if found.keys else ""
     top, bottom = (quantity(height, "m", 4) for height in (found.top, found.bottom))

@@ -35,6 +35,6 @@ def command(
         now = f"{one['low']:.5g} to {one['high']:.5g}{unit}"
         then = tight and f"{tight['low']:.5g} to {tight['high']:.5g}{unit}"
         lines.append(f"  {key:<32} {now}: {then or 'not by this key alone'}")
-    return Answer(
-        data=YIELD(found | {"goals": goals}), text="\n".join(lines), provenance=provenance(method=METHOD)
-    )
+    listed = [{"goal": goal.text, "output": goal.output, "limit": goal.limit} for goal in found["goals"]]
+    data = YIELD(found | {"goals": listed})
+    return Answer(data=data, text="\n".join(lines), provenance=provenance(method=METHOD))

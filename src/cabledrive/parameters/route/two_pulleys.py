@@ -30,11 +30,13 @@ _MOTOR = (
 )
 
 
-def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
+def as_machine(drive: Drive | RoutedDrive, *, loaded: bool = False) -> RoutedDrive:
     """A drive with two pulleys as a machine with routes; its "upper" span leads from drive to load pulley.
 
     If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused.
     """
+    if isinstance(drive, RoutedDrive):
+        return drive
     if loaded and drive.load_pulley.fixed:
         raise InputRefused("load torque: the load pulley is fixed and takes no torque: leave the column out")
     parts = (drive.drive_pulley, drive.load_pulley)

@@ -88,17 +88,17 @@ def moving_machine(drive: Drive | RoutedDrive, mode: Mode | None) -> Markup:
 def sketch(drive: Drive | RoutedDrive) -> Markup:
     """A machine without words, for a card."""
     sheet = Sheet(wordless=True)
-    machine = drive if isinstance(drive, RoutedDrive) else coordinates(drive)
+    machine = coordinates(drive)
     size, place, shown = draw_route(sheet, machine, CARD_WIDTH)
     for span in shown.free_spans:
         sheet.line(*map(place, span.contacts), colour="blue", width=2.6)
     return sheet.svg(size)
 
 
-def coordinates(drive: Drive) -> RoutedDrive:
-    """A loop or line in coordinates, level or upright as it mostly stands, the load pulley right or above."""
+def coordinates(drive: Drive | RoutedDrive) -> RoutedDrive:
+    """A machine in coordinates; a loop or line level or upright as it mostly stands, the load right or up."""
     machine = as_machine(drive)
-    if abs(drive.layout.inclination) < pi / 4:
+    if isinstance(drive, RoutedDrive) or abs(drive.layout.inclination) < pi / 4:
         return machine
     height = drive.pulley_distance if drive.layout.inclination > 0.0 else -drive.pulley_distance
     first, second = machine.pulley
@@ -108,7 +108,7 @@ def coordinates(drive: Drive) -> RoutedDrive:
 def draw_machine(sheet: Sheet, drive: Drive | RoutedDrive, *, tensions: bool = False) -> DrawnMachine:
     """Draw all but the spans, which of a loop or a line sag to the scale of their length."""
     routed = isinstance(drive, RoutedDrive)
-    machine = drive if isinstance(drive, RoutedDrive) else coordinates(drive)
+    machine = coordinates(drive)
     (width, height), place, shown = draw_route(sheet, machine, WIDE, carriages=routed)
     ends = (span.contacts for span in shown.free_spans)
     lines = [np.linspace(place(first), place(last), POINTS) for first, last in ends]

@@ -174,7 +174,7 @@ def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResul
     """
     marks = spectrum_marks(drive)
     highest = max(frequency for frequency, _ in marks)
-    if isinstance(result, NetworkResult) and result.travels:  # the frequencies change on the way
+    if result.travels:  # the frequencies change on the way
         marks = ()
 
     def draw(figure: "Figure") -> None:

@@ -47,16 +47,14 @@ def unrolled(mode: Mode, drive: Drive) -> dict[str, tuple[Array, Array]]:
 
 def shapes_picture(name: str, drive: Drive | RoutedDrive, modes: Sequence[Mode]) -> Markup:
     """Draw modes, one panel each; ``name``: unique on the page."""
-    rows, routed = -(-len(modes) // 2), isinstance(drive, RoutedDrive)
+    rows = -(-len(modes) // 2)
 
     def _draw(figure: "Figure") -> None:
         for place, mode in enumerate(modes):
             axes = figure.add_subplot(rows, 2, place + 1)
-            draw_mode(axes, drive, mode)
-            if not isinstance(drive, RoutedDrive) and place + 2 >= len(modes):
-                name_places(axes, drive)
+            draw_mode(axes, drive, mode, last=place + 2 >= len(modes))
 
-    return picture(name, _draw, height=_PANEL[routed] * rows + _FOOT)
+    return picture(name, _draw, height=_PANEL[drive.kind == "route"] * rows + _FOOT)
 
 
 def _draw_shape(axes: "Axes", mode: Mode, drive: Drive) -> None:
@@ -73,7 +71,7 @@ def _draw_shape(axes: "Axes", mode: Mode, drive: Drive) -> None:
     axes.set_axis_off()
 
 
-def name_places(axes: "Axes", drive: Drive) -> None:
+def _name_places(axes: "Axes", drive: Drive) -> None:
     """Names of pulleys and spans below a panel of the unrolled cable."""
     below: dict[str, Any] = {"va": "top", "transform": axes.get_xaxis_transform(), "fontsize": 11}
     for place in range(1 + len(drive.spans)):
@@ -91,12 +89,14 @@ TURN = 0.6
 MOVES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
 
 
-def draw_mode(axes: "Axes", drive: Drive | RoutedDrive, mode: Mode) -> None:
-    """One mode: along the unrolled cable of a loop or line, on a machine with routes at rest."""
+def draw_mode(axes: "Axes", drive: Drive | RoutedDrive, mode: Mode, *, last: bool = False) -> None:
+    """One mode: at rest, or along the unrolled cable of a loop or line, whose last panel names the places."""
     if isinstance(drive, RoutedDrive):
         _draw_on_machine(axes, drive, mode)
     else:
         _draw_shape(axes, mode, drive)
+        if last:
+            _name_places(axes, drive)
 
 
 def _draw_on_machine(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:

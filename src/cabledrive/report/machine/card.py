@@ -18,9 +18,8 @@ from cabledrive.report.picture import picture, short_family
 from cabledrive.report.typesetting import decimals_for, fixed, number, quantity
 from cabledrive.studies.excitation_orders import travels
 from cabledrive.studies.mode_map import map_modes
-from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import NO_EXCITATION
-from cabledrive.studies.route_pairs import RouteResonance, route_resonance
+from cabledrive.studies.route_pairs import RouteResonance, resonance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +38,7 @@ BADGES = {
 def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...], Table | None]:
     """Verdict on the internal resonance, its reasons, of routes its pairs; or why it cannot be computed."""
     try:
-        found = route_resonance(drive) if isinstance(drive, RoutedDrive) else resonance(drive)
+        found = resonance(drive)
     except (InputRefused, NotComputed) as refusal:
         return Badge("Internal resonance: not computed", "remark"), (str(refusal),), None
     stated = found.torque is not None and found.verdict != NO_EXCITATION

@@ -6,9 +6,8 @@ from dataclasses import fields
 from math import degrees
 from typing import Any
 
-from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.network import statics_of
-from cabledrive.mechanics.network.span_table import pulley_rows, route_warnings, span_rows
+from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, table
@@ -64,11 +63,6 @@ def _seen(drive: Drive | RoutedDrive) -> str:
     if drive.layout.inclination:
         parts.append(f"inclined by {quantity(drive.layout.inclination, 'rad')}")
     return "; ".join(parts) + "."
-
-
-def warnings_of(drive: Drive | RoutedDrive) -> tuple[str, ...]:
-    """What looks odd about a machine, one line each."""
-    return route_warnings(drive) if isinstance(drive, RoutedDrive) else drive_warnings(drive)
 
 
 def data_table(drive: Drive) -> Table:

@@ -1,5 +1,6 @@
 """The page of one machine, a loop or one with routes, and the card that leads to it."""
 
+from cabledrive.mechanics import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
@@ -23,7 +24,6 @@ from cabledrive.report.machine.data import (
     pulleys_table,
     source_paragraphs,
     spans_table,
-    warnings_of,
 )
 from cabledrive.report.machine.rest import rest_blocks
 from cabledrive.report.page import MACHINES, Badge, Card, View
@@ -58,7 +58,7 @@ def machine_view(context: ReportContext, place: int) -> View:
     else:
         sections, methods = _of_a_loop(drive, name), METHODS
         steps = ladder(drive, name, modes)
-    warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*warnings_of(drive), *modes.warnings)))
+    warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*drive_warnings(drive), *modes.warnings)))
     shown = {
         "drawing": drawing(drive, name),
         "along": along_table(modes),

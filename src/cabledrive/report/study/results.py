@@ -10,11 +10,11 @@ import numpy as np
 
 from cabledrive.answers.keys import Keys
 from cabledrive.answers.runs import CHAIN
+from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.network.span_table import (
     PULLEY_ROW,
     SPAN_ROW,
     pulley_rows,
-    route_warnings,
     span_rows,
 )
 from cabledrive.mechanics.network.statics import statics_of
@@ -56,7 +56,7 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
         names = ("verdict", "threshold_torque", "longitudinal_hz", "frequency_ratio", "nearest_span")
         resonance = {name: getattr(near, name) for name in names}
         reason = f"internal resonance: {near.verdict}; {near.reasons[0]}"
-    cautions = [*route_warnings(drive), *found.warnings]
+    cautions = [*drive_warnings(drive), *found.warnings]
     if logs:
         cautions.append(f"{logs} logs were not used: without a chain there is nothing to identify")
     return WITHOUT_CHAIN(
