@@ -58,7 +58,6 @@ class PrinterShaper(Result):
 
     _table = "shapers"
     _shown = (
-        Row("axis", "axis"),
         Row("recommended.type", "recommended"),
         Row("recommended.frequency", "at", "Hz", ".1f"),
         Row("refused", "none recommended"),
