@@ -15,6 +15,7 @@ RUN = Keys(
     {"estimates_within_bounds": "the law has no estimates with bounds"},
 )
 """What each run of the rig answers."""
+FAILED, UNTUNED = "no run, or too many ended early", "no run: the law could not be tuned"
 MOTION = (
     "object: motion{number: angle_deg rise dwell count: pulses order rows: payload{number: factor start}?}"
 )
@@ -45,9 +46,9 @@ TRACKED = Keys(
         "torque_limit": "the drive file has no limit",
         "rest_swing_counts": "the load has no encoder",
         "limit_cycle": "the load has no encoder",
-        "learnt": "the run ended in its first pulse",
-        "worst_deg": "too many runs ended early",
-        "median_deg": "too many runs ended early",
+        "learnt": "no pulse came after the first",
+        "worst_deg": FAILED,
+        "median_deg": FAILED,
     },
     {"axis": CHAIN},
     (RUN,),
@@ -66,7 +67,6 @@ WOUND = Keys(
     | {"position_within_bound": "assumptions of the bound do not hold"},
     also=(RUN,),
 )
-FAILED, UNTUNED = "too many runs ended early", "no run: the law could not be tuned"
 COMPARED = Keys(
     "text: drive drive_hash note: best count: draws seed number: goal_deg texts: not_covered rows: "
     "controllers{text: name filter reason number: bandwidth_hz disk_margin gain_margin phase_margin_deg "
@@ -78,7 +78,10 @@ COMPARED = Keys(
         "bandwidth_hz": "nothing keeps the limits",
         "torque": "the drive file has no limit",
     }
-    | dict.fromkeys(("disk_margin", "gain_margin", "phase_margin_deg", "torque_ripple"), "any is allowed")
+    | dict.fromkeys(
+        ("disk_margin", "gain_margin", "phase_margin_deg", "torque_ripple"),
+        "infinite, or the law could not be tuned",
+    )
     | dict.fromkeys(("share_within", "share_low", "peak_torque", "median_torque"), UNTUNED)
     | {f"{name}_deg": FAILED for name in ("worst", "median", "error_99", "worst_whole_run", "worst_later")},
     {"axis": CHAIN},

@@ -116,7 +116,7 @@ FOUND = Keys(
     "text: verdict headline drive drive_hash asked code sha256 texts: reasons remedies cautions map: "
     "files=text rows: candidates{text: controller setting plant reason count: runs ended_early "
     "number: share share_low worst_deg? worst_mm? reached_deg? reached_mm? flag: holds}",
-    dict.fromkeys(("share", "share_low", "holds"), "no error goal given")
+    dict.fromkeys(("share", "share_low", "holds"), "no error goal given, or no run")
     | dict.fromkeys(("worst_deg", "worst_mm", "reached_deg", "reached_mm"), "too many runs ended early"),
 )
 QUANTILES = Keys(
@@ -124,7 +124,7 @@ QUANTILES = Keys(
     dict.fromkeys(
         ("median_error", "quantile_95_error", "quantile_99_error", "largest_error"), "no run lasted"
     )
-    | {"reached": "no error goal given"},
+    | {"reached": "no error goal given, or no run"},
 )
 OF_LOADS = Keys(
     " ".join((*ACCEPTED, *LOAD_KEYS)),
@@ -151,7 +151,7 @@ STAGES = Keys(
         "carriage": "no plant with a carriage was run",
         "chosen": "none holds",
     }
-    | dict.fromkeys(("share", "share_low", "holds"), "no error goal given")
+    | dict.fromkeys(("share", "share_low", "holds"), "no error goal given, or no run")
     | dict.fromkeys(("worst", "reached"), "no run lasted"),
     {"chosen": LawSetting, "reached": ReachedError, "carriage": OF_A_CARRIAGE}
     | dict.fromkeys(("lumped", "cable"), OF_LOADS),
@@ -160,7 +160,8 @@ STAGES = Keys(
 STUDY = Keys(
     f"text: study number: reached_error_deg? reached_error_mm? share confidence rows: margins "
     f"findings{{{FINDING} text: message}} object: goals stages axis?",
-    {"share": "no error goal given"} | dict.fromkeys(("value", "limit"), "the finding is in words"),
+    {"share": "no error goal given, or no run"}
+    | dict.fromkeys(("value", "limit"), "the finding is in words"),
     {
         "margins": Margin,
         "goals": Keys(" ".join(_ASKED), dict.fromkeys(_ASKED, "not asked for"), of=Goals),
