@@ -262,9 +262,8 @@ def rest_words(loop: Loop, error: Array) -> dict[str, Any]:
     last = round(LAST_SHARE * loop.spec.motion.dwell / loop.rig.interval)
     if len(error) < len(loop.target) or last < 2:
         reason = "the run did not come to its last dwell" if last >= 2 else "the motion has no dwell"
-        return (
-            {"rest_swing_reason": reason} | none("rest_swing_deg", reason) | none("rest_swing_counts", reason)
-        )
+        words = none("rest_swing_deg", reason) | none("rest_swing_counts", reason)
+        return words | {"rest_swing_reason": reason}
     swing, count = float(np.ptp(error[-last:])), float(loop.rig.counts[-1]) / loop.gear
     counts = swing / count if count > 0.0 else None
     return {

@@ -55,11 +55,8 @@ class Comparison(Result):
     @property
     def figures(self) -> list[tuple[str, str]]:
         """Median and worst error of each law."""
-        rows = ((one["name"], one) for one in self.summary["controllers"])
-        return [
-            (name, one["reason"] or f"median {one['median_deg']:.4f}, worst {one['worst_deg']:.4f} deg")
-            for name, one in rows
-        ]
+        said = "median {median_deg:.4f}, worst {worst_deg:.4f} deg"
+        return [(one["name"], one["reason"] or said.format(**one)) for one in self.summary["controllers"]]
 
 
 def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
