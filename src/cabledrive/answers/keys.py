@@ -9,6 +9,7 @@ from typing import Any
 
 from cabledrive.parameters.fields import key_of
 
+NOT_FINITE = "not a finite number"
 _BRACES = re.compile(r"(\w+)\{((?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*)\}")
 """A key and what its braces hold, braces inside included."""
 
@@ -55,17 +56,21 @@ class Keys:
             if optional and not value:
                 continue
             why = missing.get(name, getattr(own, why[1:]) if why.startswith(".") else why)
-            lost = value is None or (isinstance(value, float) and not isfinite(value))
-            found |= _absent(key, why) if lost and why else {key: self._inside(key, value)}
+            if isinstance(value, float) and not isfinite(value):
+                value, why = None, why or NOT_FINITE
+            found |= _absent(key, why) if value is None and why else {key: self._inside(key, value)}
         return found
 
     def _inside(self, key: str, value: Any) -> Any:
         part = self.parts.get(key)
+        why, kind = next(((why, kind) for name, _, _, why, kind in self.each() if name == key), ("", ""))
+        if kind == "map" and why and value:  # figures by free names
+            lost = [name for name, one in value.items() if one is None]
+            return {**value, **{f"{name}_reason": why for name in lost}}
         if not isinstance(part, Keys) or value is None:
             return value
         if isinstance(value, (list, tuple)):
             return [part(one) for one in value]
-        kind = next(kind for name, _, _, _, kind in self.each() if name == key)
         if part.of is dict:
             many = kind == "map"
         else:  # a mapping of results, not one result that is plain already

@@ -38,11 +38,7 @@ def _inside(data: Any, key: str) -> Any:
 
 
 def _nothing(row: Row, value: Any) -> bool:
-    return (
-        value is None
-        or (isinstance(value, str | list | tuple) and not value)
-        or (row.form == "d" and not value)
-    )
+    return value is None or ((isinstance(value, str | list | tuple) or row.form == "d") and not value)
 
 
 def _said(row: Row, value: Any) -> str:
@@ -51,12 +47,8 @@ def _said(row: Row, value: Any) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, list | tuple):
-        words = all(isinstance(one, str) for one in value)
-        return (
-            "; ".join(value)
-            if words
-            else " and ".join(_said(row._replace(unit=""), v) for v in value) + f" {row.unit}"
-        )
+        between = "; " if isinstance(value[0], str) else " and "
+        return between.join(_said(row, one) for one in value)
     return f"{row.scale * value:{'.0f' if row.form == 'd' else row.form}} {row.unit}".rstrip()
 
 

@@ -1,4 +1,4 @@
-"""What runs of the rig answer: of a load, of a body between two winches, of laws compared."""
+"""What runs of the rig answer: a load, a body between two winches, laws compared, an experiment."""
 
 from cabledrive.answers.keys import Keys
 from cabledrive.answers.result import Row
@@ -85,6 +85,15 @@ COMPARED = Keys(
     | dict.fromkeys(("share_within", "share_low", "peak_torque", "median_torque"), UNTUNED)
     | {f"{name}_deg": FAILED for name in ("worst", "median", "error_99", "worst_whole_run", "worst_later")},
     {"axis": CHAIN},
+)
+LOGGED = Keys("text: motor motor_reason? log count: rows map: channels=text number: sample_rate_hz")
+PLANNED = Keys(
+    "text: motor motor_reason? map: relative_standard_error object: peaks{number: torque speed stroke} "
+    "number: moving amplitude_factor texts: warnings",
+    {
+        "amplitude_factor": "the drive file has no limit",
+        "relative_standard_error": "not identifiable from this test",
+    },
 )
 TRACKING = (
     Row("peak_error_deg", "peak error", "deg", ".4f"),

@@ -174,22 +174,15 @@ def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: Column
 
 
 def _split_text(found: FrictionSplit) -> str:
-    lines = [
-        f"All friction at {tension:.4g} N: {_interval(own)}"
-        for tension, own in zip(sorted(set(found.tensions)), found.total, strict=True)
-    ]
+    levels = zip(sorted(set(found.tensions)), found.total, strict=True)
+    rows = {f"all friction at {tension:.4g} N": own for tension, own in levels}
     if not found.reason:
-        lines += [
-            f"Motor and bearings, at the motor: {_interval(found.constant)}",
-            f"Wraps, over the tension: {_interval(found.per_tension)}",
-        ]
-    lines += [f"{found.strokes} strokes."]
-    return "\n".join([*lines, *(f"Finding: {line}." for line in found.findings)])
-
-
-def _interval(own: Estimate) -> str:
-    unit = "N m" if own.unit == "N m" else "N m per N"
-    return f"{own.value:.4g} {unit}, 95 % interval {own.low:.4g} to {own.high:.4g}"
+        rows |= {
+            "motor and bearings, at the motor": found.constant,
+            "wraps, over the tension": found.per_tension,
+        }
+    shown = parameter_rows({"parameters": {name: INTERVAL(own) for name, own in rows.items()}})
+    return "\n".join([*shown, f"{found.strokes} strokes", *(f"finding: {line}" for line in found.findings)])
 
 
 def against_lines(found: Mapping[str, Any]) -> list[str]:

@@ -6,7 +6,7 @@ from typing import Any
 from cabledrive.answers.keys import Keys
 from cabledrive.app.commands.check import DERIVED_OF_ROUTES
 from cabledrive.app.resonance_answer import ALARM, indented
-from cabledrive.app.results import Absent, Answer, known, provenance
+from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal.lowest import DERIVED
@@ -74,6 +74,7 @@ ROUTE = Keys("* nearest_span detuning verdict reasons motor certified warnings=l
 
 ROUTE_ANSWER = Keys(
     "number: tuned_pretension rows: pairs object: motion?",
+    {"tuned_pretension": "on a machine with routes the tensions follow from statics"},
     parts={
         "pairs": Keys("number: second_transverse_hz?", also=(ROUTE_PAIR,)),
         "motion": Keys("text: motor count: poses rows: passages", parts={"passages": PASSAGE}, also=(ALARM,)),
@@ -95,8 +96,7 @@ def route_resonance_answer(
         if found.verdict == NO_EXCITATION:
             of_motion = f"of the planned motion: {judged.reasons[0]}"
             found = replace(found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion,))
-    data = ROUTE(found)
-    data["tuned_pretension"] = Absent(reason="on a machine with routes the tensions follow from statics")
+    data = ROUTE_ANSWER(ROUTE(found) | {"tuned_pretension": None})
     data["pairs"] = [
         ROUTE_PAIR(pair) | ({"second_transverse_hz": pair.transverse_hz[1]} if pair.kind == SUM else {})
         for pair in found.pairs
@@ -188,6 +188,6 @@ ROUTED = Keys(
 def _data(found: MotionMargins) -> dict[str, Any]:
     pulleys = [PULLEYS[own.by](own) for own in found.pulleys]
     for own, made in zip(found.pulleys, pulleys, strict=True):
-        if own.effective_tension == 0.0:
-            made["margin"] = known(own.margin, "nothing to transmit")
+        if own.effective_tension == 0.0 and own.margin is None:
+            made["margin_reason"] = "nothing to transmit"
     return MARGINS(found) | {"torque_from": "places" if found.given else "file", "pulleys": pulleys}

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from cabledrive.answers.keys import Keys
-from cabledrive.app.results import known
 from cabledrive.mechanics.datasheet import largest_pretension, warnings_of_rest
 from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import Drive
@@ -59,11 +58,16 @@ OF_PAIRS = (
 ANSWER = Keys(
     "text: motor texts: warnings number: load_torque? rows: pairs remedies branches? object: motion? "
     "instability_region? map: sensitivity? tuned_pretension_under_load?",
+    {"tuned_pretension_under_load": "no pretension in reach tunes it"},
     parts={
         "pairs": Keys(OF_PAIRS, also=(PAIR,)),
         "remedies": REMEDY,
         "branches": BRANCH,
-        "instability_region": Keys("number: detuning_hz half_width_hz required_detuning_hz", also=(REGION,)),
+        "instability_region": Keys(
+            "number: detuning_hz half_width_hz required_detuning_hz",
+            {"required_detuning_hz": UNDAMPED},
+            also=(REGION,),
+        ),
         "motion": Keys("text: motor", also=(ALARM,)),
     },
     also=(SUMMARY,),
@@ -81,20 +85,19 @@ def resonance_data(
         data["instability_region"] = REGION(found.instability) | {
             "detuning_hz": found.instability.distance / (2 * np.pi),
             "half_width_hz": found.instability.half_width / (2 * np.pi),
-            "required_detuning_hz": known(required if np.isfinite(required) else None, UNDAMPED),
+            "required_detuning_hz": required if np.isfinite(required) else None,
         }
         data["sensitivity"] = sensitivity(drive, found.torque, load_torque)
     if found.split:
         data["load_torque"] = load_torque
-        data["tuned_pretension_under_load"] = {
-            span: known(value, "no pretension in reach tunes it") for span, value in found.split.items()
-        }
+        data["tuned_pretension_under_load"] = found.split
     data["pairs"] = []
     for pair in found.coupled:  # of the pulley mode's 1:2 pairs also ratio and tuned pretension
         own = own_pair(found.pairs, pair)
         second = SECOND(pair) if pair.kind == SUM else {}
         data["pairs"].append(PAIR(pair) | second | ({} if own is None else OWN(own)))
-    return data | {"warnings": warnings_of_rest(drive), "remedies": [REMEDY(change) for change in changes]}
+    data |= {"warnings": warnings_of_rest(drive), "remedies": [REMEDY(change) for change in changes]}
+    return ANSWER(data)
 
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:

@@ -11,25 +11,12 @@ from typing import Any
 
 import click
 
+from cabledrive.answers.keys import NOT_FINITE
 from cabledrive.app.failures import colours, note, watched_output
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.version import __version__
-
-NOT_FINITE = "not a finite number"
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Absent:
-    """A number that does not exist, and why: in JSON ``null``, with the reason beside it, ``KEY_reason``."""
-
-    reason: str
-
-
-def known(value: Any, why: str) -> Any:
-    """A value, or why there is none."""
-    return Absent(reason=why) if value is None else value
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -75,8 +62,8 @@ def json_text(answer: Answer) -> str:
 def plain(value: Any) -> Any:
     """What JSON can hold of a value.
 
-    ``value``: mappings, sequences, arrays, dataclasses, numbers, words; `Absent` and numbers that are not
-    finite only inside a mapping, which takes the reason.
+    ``value``: mappings, sequences, arrays, dataclasses, numbers, words; numbers that are not finite only
+    inside a mapping, which takes the reason.
     Returns dictionaries, lists, finite numbers, words, None.
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -104,10 +91,8 @@ def show(answer: Answer, *, as_json: bool) -> None:
 def _plain_mapping(value: Mapping[str, Any]) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for key, item in value.items():
-        data[key] = None if isinstance(item, Absent) else plain(item)
-        if isinstance(item, Absent):
-            data[f"{key}_reason"] = item.reason
-        elif _holds_none(data[key]) and not _holds_none(item):
+        data[key] = plain(item)
+        if _holds_none(data[key]) and not _holds_none(item):
             data[f"{key}_reason"] = NOT_FINITE
     return data
 

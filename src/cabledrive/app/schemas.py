@@ -27,7 +27,7 @@ ANSWERS = {
     "check": ("app.motion_answers:CHECKED", "app.motion_answers:ROUTED"),
     "compare": ("answers.runs:COMPARED",),
     "drives": ("app.commands.drives:LIST", "app.commands.drives:ONE"),
-    "experiment": ("rig.experiment:LOGGED", "rig.experiment:PLANNED"),
+    "experiment": ("answers.runs:LOGGED", "answers.runs:PLANNED"),
     "export": ("app.commands.export:WRITTEN",),
     "identify": ("app.identify_answer:ANSWER", "app.identify_answer:OF_A_PING", "app.identify_answer:SPLIT"),
     "map": ("app.map_answer:MAP",),

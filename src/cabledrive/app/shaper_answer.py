@@ -3,7 +3,6 @@
 from typing import Any
 
 from cabledrive.answers.keys import Keys
-from cabledrive.app.results import Absent
 from cabledrive.identification.estimates import Finding
 from cabledrive.identification.printer import Belts, Printer, PrinterShaper
 from cabledrive.identification.printer_spectrum import ShaperFit
@@ -58,17 +57,21 @@ def shaper_data(found: PrinterShaper) -> dict[str, Any]:
     chosen = {"recommended": best.type, "recommended_shaper": FIT(best), "configuration": found.configuration}
     return SHAPER(found) | {
         "peaks": [PEAK(peak) | {"kept": found.kept(peak)} for peak in found.peaks],
-        **(chosen if refused is None else dict.fromkeys(chosen, Absent(reason=refused))),
+        **(
+            chosen
+            if refused is None
+            else dict.fromkeys(chosen) | {f"{key}_reason": refused for key in chosen}
+        ),
         "logs": [spectrum.source for spectrum in found.spectra],
     }
 
 
 def printer_data(found: Printer) -> dict[str, Any]:
     """The JSON object of a page: every axis as `shaper_data` has it, and the belts."""
-    belts: Any = Absent(reason="no files of both belts")
+    belts = None
     if found.belts is not None:
         belts = BELTS(found.belts) | {"logs": [found.belts.a.source, found.belts.b.source]}
-    return {"axes": [shaper_data(axis) for axis in found.axes], "belts": belts}
+    return PRINTER({"axes": [shaper_data(axis) for axis in found.axes], "belts": belts})
 
 
 def printer_text(found: Printer) -> str:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.answers.keys import Keys
 from cabledrive.identification import planning
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.response_models import PARAMETERS
@@ -202,14 +201,6 @@ def experiment(
     log = run_rig(rig, command, rng, source=f"virtual rig of {drive.name}")
     # A lumped chain of routes has no spans whose tension a load cell could measure.
     return log if isinstance(drive, AxisDrive) else with_load_cell(log, drive, rng)
-
-
-LOGGED = Keys("text: motor motor_reason? log count: rows map: channels=text number: sample_rate_hz")
-PLANNED = Keys(
-    "text: motor motor_reason? map: relative_standard_error object: peaks{number: torque speed stroke} "
-    "number: moving amplitude_factor texts: warnings",
-    {"amplitude_factor": "the drive file has no limit"},
-)
 
 
 def plan_experiment(

@@ -6,7 +6,7 @@ import click
 
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.options import axis_argument, force_option, opt, subcommand
-from cabledrive.app.results import Answer, NewFile, known, provenance
+from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import Drive, InputRefused
 
 PEAKS = "peaks: {torque:.4g} N m, {speed:.4g} rad/s, stroke {stroke:.4g} rad"
@@ -59,7 +59,8 @@ def command(
 
 def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | None, seed: int) -> Answer:
     """Predicted errors, peaks and warnings."""
-    from cabledrive.rig.experiment import PLANNED, plan_experiment
+    from cabledrive.answers.runs import PLANNED
+    from cabledrive.rig.experiment import plan_experiment
     from cabledrive.rig.run_facts import motor_words
 
     found = plan_experiment(drive, excitation, model=model, stroke=stroke, seed=seed)
@@ -72,9 +73,6 @@ def _planned(drive: Drive, excitation: Any, model: int | None, stroke: float | N
     if (factor := found["amplitude_factor"]) is not None:
         lines.append(f"the torque can be raised by a factor of {factor:.3g} before a limit is reached")
     lines += [f"warning: {warning}" for warning in found["warnings"]]
-    found["relative_standard_error"] = {
-        name: known(value, "not identifiable from this test") for name, value in errors.items()
-    }
     method = (
         "motion simulated with the parameters of the drive file; noise of torque and encoder "
         "propagated through the regression"
