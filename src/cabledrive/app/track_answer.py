@@ -40,7 +40,7 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
             f"winches has {CONTROLLER}, leave it out"
         )
     given = click.get_current_context().params
-    actual = None
+    actual: Any = None
     if plant_settings:
         actual = load_drive(given["drive"], overrides=(*given["settings"], *plant_settings))
     source = click.get_current_context().get_parameter_source("rise")
@@ -53,7 +53,7 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
         ),
         options=RigOptions(disturbances=tuple(map(parse_disturbance, spec["disturbances"]))),
         **{name: spec[name] for name in ("least_tension", "gust", "bandwidth", "seed", "draws")},
-        plant_drive=actual if isinstance(actual, RoutedDrive) else None,
+        plant_drive=actual,
     )
     assert isinstance(found, TwoMotorTracking)  # the drive has two winches
     said = found.summary

@@ -173,8 +173,7 @@ def response_curves(request: Request) -> Response:
     found |= {"output": output, "outputs": OUTPUTS, "computed": [], "computed_phase": [], "words": ""}
     try:
         drive = drive_of(desk.library, state_of(request.url.query, desk.first))
-        require_two_pulleys(drive, "the computed response")
-        assert isinstance(drive, Drive)
+        drive = require_two_pulleys(drive, "the computed response")
         computed = _computed(drive, 2.0 * pi * lines["frequency_hz"], output)
         found["computed"] = plain(np.abs(computed))
         found["computed_phase"] = plain(_below_zero(np.degrees(np.angle(computed))))

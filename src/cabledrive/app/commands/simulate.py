@@ -85,12 +85,13 @@ def command(
 
     A machine with routes moves about its state of rest; its spans are plucked by name with --pluck.
     """
-    if isinstance(drive, RoutedDrive):
+    routed = isinstance(drive, RoutedDrive)
+    if routed:
         refuse_given(*_OF_LOOPS, why='is for kind = "loop" and "line": leave it out')
-        if options["model"] == "fast":
-            raise InputRefused('kind = "route": --model fast is for loops and lines: take exact')
     else:
         refuse_given(*_OF_ROUTES, why='is for machines of kind "route": leave it out')
+    if routed and options["model"] == "fast":
+        raise InputRefused('kind = "route": --model fast is for loops and lines: take exact')
     if options["model"] == "fast":
         refuse_given(*_NOT_FAST, why="does not go with --model fast: leave it out or use --model exact")
     if output is None and animate is None:
@@ -121,11 +122,7 @@ def command(
             **kept,
         )
     else:
-        own: dict[str, Any] = {"torque": torque, "error_estimate": options["error_estimate"]}
-        if isinstance(drive, RoutedDrive):
-            own = _of_route(drive, torque, options)
-        else:
-            own |= {"start": _start(options), "scheme": _scheme(options, options["segments"])}
+        own = (_of_route if routed else _of_loop)(machine, torque, options)
         result = simulate(
             drive,
             options["duration"],
@@ -144,6 +141,12 @@ def command(
         provenance=provenance(drive, method=method_of(result), step=result.step) | result.provenance,
         incomplete="; ".join(words for words in (result.stopped, missing) if words) or None,
     )
+
+
+def _of_loop(drive: Drive, torque: Signal, options: dict[str, Any]) -> dict[str, Any]:
+    """What a run of a loop or a line takes of its own."""
+    same = {"torque": torque, "error_estimate": options["error_estimate"]}
+    return same | {"start": _start(options), "scheme": _scheme(options, options["segments"])}
 
 
 def _of_route(drive: RoutedDrive, torque: Signal, options: dict[str, Any]) -> dict[str, Any]:

@@ -38,13 +38,14 @@ def refuse_route(what: str = "this calculation") -> NoReturn:
     )
 
 
-def require_two_pulleys(drive: object, what: str) -> None:
-    """Refuse a machine with routes at a door that knows two pulleys only; ``what``: the door's name."""
+def require_two_pulleys(drive: Any, what: str) -> Any:
+    """The drive; a machine with routes is refused at a door that knows two pulleys only, named ``what``."""
     from cabledrive.parameters.route.two_pulleys import require_own_spans
 
     if isinstance(drive, RoutedDrive):
         refuse_route(what)
     require_own_spans(drive, what)
+    return drive
 
 
 @described

@@ -11,7 +11,7 @@ from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, table
-from cabledrive.report.figures.moving_machine import moving_machine
+from cabledrive.report.figures.moving_machine import coordinates, moving_machine
 from cabledrive.report.typesetting import capital, number, quantity, stated
 from cabledrive.report.words import DATASHEET
 
@@ -26,43 +26,25 @@ def source_paragraphs(source: str) -> tuple[str, ...]:
     return tuple(" ".join(part.split()) for part in parts)
 
 
-SEEN = {
-    False: "Spans, places of carriages and sag are to the scale of their axis; boxes are carriages. The "
-    "colour of a span is its tension at rest.",
-    True: "The machine from the coordinates of its file; the colour of a span is its tension at rest. Bands "
-    "are bodies with what they carry, dots anchors, boxes carriages.",
-}
-"""Of loops and lines, and of machines with routes."""
+SEEN = (
+    "The machine from its coordinates; the colour of a span is its tension at rest. Bands are bodies with "
+    "what they carry, dots anchors, boxes carriages; sag of a loop or line is to the scale of its axis."
+)
 
 
 def drawing(drive: Drive | RoutedDrive, name: str) -> Figure:
     """The machine from its coordinates, spans coloured by tension."""
-    caption = SEEN[isinstance(drive, RoutedDrive)]
-    shown = moving_machine(drive, None)
-    return Figure(name=f"drawing-{name}", alt=_seen(drive), caption=caption, drawing=shown)
-
-
-def _seen(drive: Drive | RoutedDrive) -> str:
-    """The drawing in words."""
-    if isinstance(drive, RoutedDrive):
-        ropes = f"{len(drive.route)} {'rope' if len(drive.route) == 1 else 'ropes'}"
-        held = f"{len(drive.pulley)} pulleys, {len(drive.body)} bodies, {len(drive.motor)} motors"
-        return f"The machine from its coordinates: {ropes}, {held}."
-    what = "A cable loop round two pulleys" if drive.kind == "loop" else "A cable between two drums"
-    parts = [f"{what}, {quantity(drive.span_length, 'm')} apart"]
-    parts += [
-        f"the {side} one fixed" for side, p in zip(("drive", "load"), drive.pulley, strict=True) if p.fixed
-    ]
-    if drive.motor is not None:
-        joint = "a flexible joint" if drive.motor.joint_stiffness is not None else "a rigid joint"
-        parts.append(f"a motor on the drive pulley behind {joint}")
-    for span in drive.spans:
-        count = len(drive.carriages_on(span))
-        if count:
-            parts.append(f"{count} {'carriage' if count == 1 else 'carriages'} on the {span} span")
-    if drive.layout.inclination:
-        parts.append(f"inclined by {quantity(drive.layout.inclination, 'rad')}")
-    return "; ".join(parts) + "."
+    machine = coordinates(drive)
+    parts = {"rope": machine.route, "pulley": machine.pulley, "body": machine.body, "motor": machine.motor}
+    parts |= {"carriage": machine.carriage}
+    plural = {"body": "bodies"}
+    held = (
+        f"{len(own)} {word if len(own) == 1 else plural.get(word, word + 's')}"
+        for word, own in parts.items()
+        if own
+    )
+    alt = f"The machine from its coordinates: {', '.join(held)}."
+    return Figure(name=f"drawing-{name}", alt=alt, caption=SEEN, drawing=moving_machine(drive, None))
 
 
 def data_table(drive: Drive) -> Table:
