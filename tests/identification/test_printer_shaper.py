@@ -92,6 +92,7 @@ def one_by_one(shaper, damping, frequency, density):
 
 def test_remaining_vibration_is_that_of_the_definition(logs):
     found = cd.shaper(logs["densities"])
+    assert list(found.to_dataframe()["score"]) == [fit.score for fit in found.shapers]
     spectrum = found.spectra[0]
     for fit in found.shapers:
         worst = max(

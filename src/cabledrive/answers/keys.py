@@ -10,6 +10,8 @@ from typing import Any
 from cabledrive.parameters.fields import key_of
 
 NOT_FINITE = "not a finite number"
+HOLDING = ("", "object", "rows", "map")
+"""Kinds of what has parts; the first is that of a class's attribute."""
 _BRACES = re.compile(r"(\w+)\{((?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*)\}")
 """A key and what its braces hold, braces inside included."""
 
@@ -67,7 +69,7 @@ class Keys:
         if kind == "map" and why and value:  # figures by free names
             lost = [name for name, one in value.items() if one is None]
             return {**value, **{f"{name}_reason": why for name in lost}}
-        if not isinstance(part, Keys) or value is None:
+        if not isinstance(part, Keys) or value is None or kind not in HOLDING:
             return value
         if isinstance(value, (list, tuple)):
             return [part(one) for one in value]

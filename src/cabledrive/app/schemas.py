@@ -7,7 +7,7 @@ from pkgutil import resolve_name
 from types import NoneType
 from typing import Any, get_args, get_origin
 
-from cabledrive.answers.keys import Keys
+from cabledrive.answers.keys import HOLDING, Keys
 
 SIMPLE = {bool: "boolean", int: "integer", float: "number", str: "string", NoneType: "null"}
 KINDS: dict[str, Any] = {
@@ -69,7 +69,7 @@ def _properties(keys: Keys) -> Iterator[tuple[str, Any, bool]]:
     """Key, schema, whether it may be left out."""
     for key, name, optional, why, kind in keys.each():
         hint = None if kind else reduce(_hint, name.split("."), keys.of)
-        part = keys.parts.get(key)
+        part = keys.parts.get(key) if kind in HOLDING else None
         many = kind == "rows" or get_origin(hint) in (tuple, list)
         one = isinstance(part, Keys) and part.of is dict  # what a mapping itself is
         mapped = part is not None and not one and get_origin(hint) not in (None, tuple, list)

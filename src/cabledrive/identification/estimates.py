@@ -279,7 +279,7 @@ ESTIMATE = Keys(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Identification(Result):
     """Parameters of a model, identified from logs."""
 

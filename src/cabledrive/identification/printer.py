@@ -52,7 +52,7 @@ TOO_MUCH = 0.1
 """Remaining vibration, of all or of one peak, above which a shaper is not called sufficient."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class PrinterShaper(Result):
     """Input shapers for one axis of a printer."""
 

@@ -30,7 +30,7 @@ GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
 SLACK = "the spans go slack before any torque does this"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class ResonanceSummary(Result):
     """What there is to say about the internal resonance of a drive; None: see ``missing``."""
 

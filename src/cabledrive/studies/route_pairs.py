@@ -42,7 +42,7 @@ class RoutePair(near.NearPair):
     threshold_amplitude: float  # largest strain of the longitudinal mode above which they grow [-]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class RouteResonance(Result):
     """Internal resonances of a machine with routes."""
 

@@ -41,11 +41,11 @@ class DataReport:
         return asdict(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Log(Result):
     """Channels at even intervals."""
 
-    _table = "time: channels"
+    _table, _heading = "time: channels", "{0.source}"
 
     source: str  # name of the file, or what made it
     time: Array  # (samples,): [s]

@@ -30,7 +30,7 @@ from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.study import stage_cache
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult, ReachedError, WorstCase
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, ReachedError
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageCase
 from cabledrive.studies.study.goals import Goals, error_unit, goal_of
@@ -119,42 +119,32 @@ FOUND = Keys(
     dict.fromkeys(("share", "share_low", "holds"), "no error goal given, or no run")
     | dict.fromkeys(("worst_deg", "worst_mm", "reached_deg", "reached_mm"), "too many runs ended early"),
 )
-QUANTILES = Keys(
-    "number: reached median_error quantile_95_error quantile_99_error largest_error",
-    dict.fromkeys(
-        ("median_error", "quantile_95_error", "quantile_99_error", "largest_error"), "no run lasted"
-    )
-    | {"reached": "no error goal given, or no run"},
-)
-OF_LOADS = Keys(
-    " ".join((*ACCEPTED, *LOAD_KEYS)),
-    {"inside": "no bound is stated"},
-    also=(QUANTILES,),
-    of=AcceptanceResult,
-)
-OF_A_CARRIAGE = Keys(
-    "number: quantile_99_error_at_rest largest_torque smallest_tension count: draws failed saturated "
-    "numbers: peaks rests object: worst",
-    {"worst": "no run lasted"},
-    {"worst": Keys("draw values phases time error torque course=reference", of=WorstCase)},
-    (QUANTILES,),
-)
 LEFT_OUT = ("columns", "spreads")
 """Goals that a study does not answer."""
 _ASKED = tuple(field.name for field in fields(Goals) if field.name not in LEFT_OUT)
+_RUNS = (
+    "count: draws failed saturated numbers: peaks number: largest_torque reached median_error "
+    "quantile_95_error quantile_99_error largest_error object: worst{count: draw map: values numbers: phases "
+    "time error torque reference? course?}"
+)
+_LOADS = f"{{{_RUNS} text: plant reason number: inside}}?"
+NO_GOAL, LASTED = "no error goal given, or no run", "no run lasted"
 STAGES = Keys(
     "object: laws{object: chosen rows: cable{text: controller setting plant reason count: runs failed "
     "number: share share_low worst object: reached flag: holds}} "
-    "acceptance{object: lumped? cable? carriage?}",
+    f"acceptance{{object: lumped{_LOADS} cable{_LOADS} "
+    f"carriage{{{_RUNS} numbers: rests number: smallest_tension quantile_99_error_at_rest}}?}}",
     {
         "laws": "no law was run, or that of a carriage",
         "carriage": "no plant with a carriage was run",
         "chosen": "none holds",
+        "inside": "no bound is stated",
+        "reached": f"{NO_GOAL} that lasted",
     }
-    | dict.fromkeys(("share", "share_low", "holds"), "no error goal given, or no run")
-    | dict.fromkeys(("worst", "reached"), "no run lasted"),
-    {"chosen": LawSetting, "reached": ReachedError, "carriage": OF_A_CARRIAGE}
-    | dict.fromkeys(("lumped", "cable"), OF_LOADS),
+    | dict.fromkeys(("share", "share_low", "holds"), NO_GOAL)
+    | {f"{name}_error": LASTED for name in ("median", "quantile_95", "quantile_99", "largest")}
+    | {"worst": LASTED, "quantile_99_error_at_rest": LASTED, "largest_torque": LASTED},
+    {"chosen": LawSetting, "reached": ReachedError},
     (Keys("check identification=knowledge modes resonance demand model controller", of=StudyResult),),
 )
 STUDY = Keys(

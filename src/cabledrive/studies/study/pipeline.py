@@ -24,7 +24,7 @@ from cabledrive.studies.study.verdict_stage import Verdict, judge
 
 
 @described
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class StudyResult(Findings, Result):
     """Everything that a study found, with its verdict."""
 
