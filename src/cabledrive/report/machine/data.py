@@ -35,15 +35,9 @@ SEEN = (
 def drawing(drive: Drive | RoutedDrive, name: str) -> Figure:
     """The machine from its coordinates, spans coloured by tension."""
     machine = coordinates(drive)
-    parts = {"rope": machine.route, "pulley": machine.pulley, "body": machine.body, "motor": machine.motor}
-    parts |= {"carriage": machine.carriage}
-    plural = {"body": "bodies"}
-    held = (
-        f"{len(own)} {word if len(own) == 1 else plural.get(word, word + 's')}"
-        for word, own in parts.items()
-        if own
-    )
-    alt = f"The machine from its coordinates: {', '.join(held)}."
+    ropes = f"{len(machine.route)} {'rope' if len(machine.route) == 1 else 'ropes'}"
+    held = f"{len(machine.pulley)} pulleys, {len(machine.body)} bodies, {len(machine.motor)} motors"
+    alt = f"The machine from its coordinates: {ropes}, {held}, {len(machine.carriage)} carriages."
     return Figure(name=f"drawing-{name}", alt=alt, caption=SEEN, drawing=moving_machine(drive, None))
 
 
