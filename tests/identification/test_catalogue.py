@@ -222,3 +222,19 @@ def test_a_motion_that_repeats_says_which_faults_its_log_cannot_show(measured):
     measured(f"cannot show: {', '.join(found.method['cannot_show'])}")
     free = next(one for one in TRUTHS if one.name == "sound/servo/held/fine")
     assert "cannot_show" not in identify(log_from(made(free, 31, 20.0))).method
+
+
+@pytest.mark.parametrize(
+    ("truth", "seed", "fault"),
+    [
+        (Truth("warming", "servo", "held", "coarse"), 7, "drift"),
+        (Truth("cogging", "chirp", "held", "coarse"), 4, "12 period(s) per revolution"),
+    ],
+)
+def test_faults_that_were_missed_without_a_word_are_named(truth, seed, fault):
+    """Friction that falls by two fifths within the log; a cogging of which a chirp passes three teeth."""
+    found = identify(log_from(made(truth, seed)))
+    assert found.codes == ("model-misfit",), found.findings
+    known = found.method["suspicions"].get(fault, {"significance": 1.0, "critical": 0.0})
+    assert known["significance"] > known["critical"]
+    assert fault == "drift" or fault in found.findings[0], found.findings

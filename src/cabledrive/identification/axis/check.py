@@ -41,8 +41,10 @@ MOST_WAVES, EVERY = 60, 4
 """Waves per revolution that are tried, and samples between those that are used."""
 EXPLAINED, OVERTONE = 0.06, 0.03
 """Shares of the unexplained torque's power from which a wave, and an overtone of it, is named."""
-ABOVE = 40.0
-"""Of the middle one of all waves, at least."""
+ABOVE, MOST_OF_IT = 40.0, 0.5
+"""Of the middle one of all waves, at least; share that names a wave where nothing else is found."""
+TURN, PERIODS = 1.0 / 3.0, 1.5
+"""Stroke in revolutions below which only waves of so many periods in it are tried."""
 RESOLVED = 0.15
 """Of a count of the encoder: a smaller innovation may be the counts' own where a motion repeats itself."""
 LARGE, SMALL, COLOURED = 0.04, 0.002, 3.0
@@ -135,8 +137,8 @@ def unexplained(run: Prediction) -> tuple[float, str]:
     )
 
 
-def position_wave(run: Prediction) -> tuple[float, str]:
-    """Share of the unexplained torque's power, and words, of the wave of a revolution that explains most."""
+def position_wave(run: Prediction) -> tuple[float, str, bool]:
+    """Share of the unexplained torque's power of one wave per revolution, words, if named at all events."""
     track, values, hertz = run.track, run.values, run.bandwidth / (2.0 * np.pi)
     angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
     # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
@@ -145,11 +147,13 @@ def position_wave(run: Prediction) -> tuple[float, str]:
     part = slice(edge, added.size - late, EVERY)
     slipping = run.direction[part] != 0.0
     left, place = added[edge + late :: EVERY][slipping], angle[part][slipping]
-    if left.size < 100 * MOST_WAVES // EVERY or np.ptp(place) < 2.0 * np.pi / 3.0:
-        return 0.0, ""
-    waves = [_explained(left, np.exp(1j * count * place)) for count in range(1, MOST_WAVES + 1)]
-    shares = np.array([share for share, _ in waves])
-    best = int(np.argmax(shares))
+    turned = float(np.ptp(place)) / (2.0 * np.pi) if place.size else 0.0
+    if left.size < 100 * MOST_WAVES // EVERY or MOST_WAVES * turned < PERIODS:
+        return 0.0, "", False
+    least = 1 if turned >= TURN else int(np.ceil(PERIODS / turned))
+    waves = {count: _explained(left, np.exp(1j * count * place)) for count in range(least, MOST_WAVES + 1)}
+    first = max(waves, key=lambda count: waves[count][0])
+    best, amplitude = waves[first]
 
     def rate_of(wave: Complex) -> Complex:
         return difference(wave.real, track.interval) + 1j * difference(wave.imag, track.interval)
@@ -157,21 +161,23 @@ def position_wave(run: Prediction) -> tuple[float, str]:
     # An error e of the angle asks for the torque J e'' + b e'.
     speed = rate_of(np.exp(1j * angle))
     share, size = _explained(left, (values[0] * rate_of(speed) + values[1] * speed)[part][slipping])
-    if np.sqrt(max(share, shares[best]) * np.mean(run.innovation**2)) < RESOLVED * track.quantum:
-        return 0.0, ""
-    if share > max(EXPLAINED, shares[best]):
-        return share, (
+    if np.sqrt(max(share, best) * np.mean(run.innovation**2)) < RESOLVED * track.quantum:
+        return 0.0, "", False
+    if turned >= TURN and share > max(EXPLAINED, best):
+        words = (
             f"the encoder's angle is wrong by {size:.2g} rad once per revolution: "
             "eccentricity of its disc or a shaft that runs out"
         )
-    if shares[best] < EXPLAINED or shares[best] < ABOVE * float(np.median(shares)):
-        return 0.0, ""
-    first = best + 1
-    counts = [first, *(n for n in range(2 * first, MOST_WAVES + 1, first) if shares[n - 1] > OVERTONE)]
-    return float(shares[best]), (
-        f"a torque of the position with {', '.join(map(str, counts))} period(s) per revolution (amplitude "
-        f"{waves[best][1]:.2g} N m): cogging, a tooth, or a weight out of balance"
+        return share, words, True
+    sure = turned >= TURN and best >= ABOVE * float(np.median([share for share, _ in waves.values()]))
+    if best < (EXPLAINED if sure else MOST_OF_IT):
+        return 0.0, "", False
+    counts = [first, *(n for n in range(2 * first, MOST_WAVES + 1, first) if sure and waves[n][0] > OVERTONE)]
+    words = (
+        f"a torque of the position with {', '.join(map(str, counts))} period(s) per revolution "
+        f"(amplitude {amplitude:.2g} N m): cogging, a tooth, or a weight out of balance"
     )
+    return best, words, sure
 
 
 def _explained(left: Array, wave: Complex) -> tuple[float, float]:

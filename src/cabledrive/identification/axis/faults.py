@@ -49,7 +49,7 @@ TURNING_GAPS, LINEAR_GAPS = (0.25, 1.0), (0.0005, 0.005)
 """Backlash that is tried: of a turning axis [deg], and of a linear one [strokes]."""
 CONTACT = 0.005
 """Time in which both sides of a backlash reach one speed [s]."""
-DELAY = "delay"
+DELAY, DRIFT = "delay", "drift"
 
 FAULTS = {  # whether only a positive factor indicates it, the fault in short and in a sentence
     "stribeck": (True, "Stribeck friction",
@@ -64,6 +64,8 @@ FAULTS = {  # whether only a positive factor indicates it, the fault in short an
         "friction grows with the torque that is carried"),
     "asymmetry": (False, "viscous friction that differs between both directions",
         "viscous friction differs between both directions"),
+    DRIFT: (False, "friction that changes while the log lasts",
+        "friction changes from the beginning of the log to its end: the axis warms up, or dries"),
     "position": (False, "a torque that depends on the position",
         "a torque depends on the position: cogging, a screw's or guide's error, a weight"),
     "flexibility": (True, "a flexible joint",
@@ -161,6 +163,7 @@ def _fault_torques(axis: Axis, run: Prediction) -> dict[str, Array]:
         "asymmetry": -np.abs(speed),
         "quadratic": -speed * np.abs(speed) / size,
         "load": -way * np.abs(net),
+        DRIFT: -way * np.linspace(-0.5, 0.5, way.size),
     }
     found |= {f"stribeck:{s:g}": -way * np.exp(-((speed / (s * size)) ** 2)) for s in STRIBECK}
     if axis.slope > 0.0:
@@ -195,12 +198,16 @@ def _factor_of(factors: Factors, name: str, left: str = "") -> tuple[Fit, float]
 
 def _by_innovations(factors: Factors, name: str, tried: int) -> Evidence:
     whole, error = _factor_of(factors, name)
+    value = float(whole.values[-1])
     without = estimates.solve(estimates.only(factors, BASE if name == DELAY else observer.NUISANCE))
+    shift = whole.values[: len(BASE)] - without.values[: len(BASE)]
+    if name == DRIFT:  # at both ends of the log the friction differs from its mean
+        shift[BASE.index("coulomb")] += 0.5 * abs(value)
     return Evidence(
         name=name,
-        value=float(whole.values[-1]),
+        value=value,
         error=error,
         critical=float(stats.t.isf(0.5 * FALSE_ALARMS / tried, EFFICIENCY * factors.triangles.shape[0])),
         gain=1.0 - float(whole.residual) ** 2 / without.residual**2,
-        shift=tuple((whole.values[: len(BASE)] - without.values[: len(BASE)]).tolist()),
+        shift=tuple(shift.tolist()),
     )
