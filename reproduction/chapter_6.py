@@ -7,7 +7,7 @@ import numpy as np
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of, speed_response
 from cabledrive.rig import Motion
-from cabledrive.trajectories import derivative_jump, rise_coefficients
+from cabledrive.trajectories.limits import derivative_jump, rise_coefficients
 from reproduction.chapter_3 import printed_data
 from reproduction.chapter_4 import CLOSE, measured_response
 from reproduction.items import Found, Outcome

@@ -9,7 +9,8 @@ from cabledrive.control.backstepping_recursion import backstepping_step, work_sh
 from cabledrive.control.law_kernels import backstepping_command
 from cabledrive.control.reference import MotionNumbers, flat_output, joint_motion
 from cabledrive.control.reference_kernels import reference_table
-from cabledrive.trajectories import pulse, rise_coefficients
+from cabledrive.trajectories import pulse
+from cabledrive.trajectories.limits import rise_coefficients
 from control_chains import INTERVAL, flat_rows, model, state_of
 from oracles.printed_backstepping import Gains, corrected_backstepping
 

@@ -6,7 +6,8 @@ import pytest
 from cabledrive.control import reference
 from cabledrive.control.numbers import KALMAN, ObserverNumbers
 from cabledrive.control.reference_kernels import reference_table
-from cabledrive.trajectories import pulse, rise_coefficients
+from cabledrive.trajectories import pulse
+from cabledrive.trajectories.limits import rise_coefficients
 from control_chains import carried, flat_rows, model, row_of
 
 

@@ -10,9 +10,10 @@ from numpy.testing import assert_allclose
 
 import cabledrive as cd
 from cable_elements import random_machine
-from cabledrive.mechanics import rest_state, strings_at_rest
+from cabledrive.mechanics import rest_state
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import gradients, mesh_of
+from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.mechanics.statics import equilibrium
 from oracles.catenary import catenary_sag
 

@@ -47,7 +47,7 @@ from cabledrive.rig.closed_loop.loop_kernels import (
     plant_step,
 )
 from cabledrive.rig.laws.controller_file import ControllerFile
-from cabledrive.trajectories import rise_coefficients
+from cabledrive.trajectories.limits import rise_coefficients
 
 GAINS = "numbers, arrays, or a tuple or NamedTuple of them"
 COMMANDED = (

@@ -6,7 +6,6 @@ from cabledrive.mechanics.chain import Chain, LabelledChain, Pendant
 from cabledrive.mechanics.datasheet import DerivedQuantities, derived_quantities, drive_warnings
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.rest import RestingSection, RestState, rest_state
-from cabledrive.mechanics.spans import longitudinal_chains, strings_at_rest, transverse_chains
 
 __all__ = [
     "CableLaw",
@@ -21,8 +20,5 @@ __all__ = [
     "RestingStretch",
     "derived_quantities",
     "drive_warnings",
-    "longitudinal_chains",
     "rest_state",
-    "strings_at_rest",
-    "transverse_chains",
 ]

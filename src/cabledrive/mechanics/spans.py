@@ -27,30 +27,15 @@ from cabledrive.parameters import Drive, NotComputed
 def longitudinal_chains(
     drive: Drive, *, motor: str | None = None, hold: Sequence[str] = ()
 ) -> tuple[LabelledChain, ...]:
-    """Chains that carry the longitudinal motion of a drive.
+    """Chains that carry the longitudinal motion of a drive: one, or several where held joints part the cable.
 
     Pulleys enter with J / r^2, carriages with their mass; a rigidly joined motor adds to its pulley, one
     behind a flexible joint hangs on the drive pulley as spring and mass. Force balance at the joints is that
     of Eqs. (3.9), (3.16), (3.22), (3.37), with EA per unstretched metre. A holding stiffness is a spring from
     the rotor to the ground; the joint of a held rotor is one from the drive pulley to the ground.
 
-    Parameters
-    ----------
-    drive : Drive
-    motor : {"free", "held", "holding"}, optional
-        How the rotor is held, see `motor_condition`.
-    hold : sequence of str, optional
-        Pulleys and carriages that are held as well, see `held_joints`.
-
-    Returns
-    -------
-    tuple of LabelledChain
-        With R = EA; one chain, or several where held joints part the cable.
-
-    Raises
-    ------
-    InputRefused
-        If `motor` or a name in `hold` does not fit the drive.
+    ``motor``, {"free", "held", "holding"}: see `motor_condition`; ``hold``: pulleys and carriages that are
+    held as well. Raises `InputRefused` if one of them does not fit the drive.
     """
     condition, held = motor_condition(drive, motor), held_joints(drive, hold)
     held |= {name for name, pulley in zip(PULLEYS, drive.pulley, strict=True) if pulley.fixed}
@@ -114,28 +99,12 @@ def lumped_cable_mode(drive: Drive) -> float | None:
 
 
 def transverse_chains(drive: Drive, *, rest: RestState | None = None) -> tuple[LabelledChain, ...]:
-    r"""Strings that carry the transverse motion: each span, cut where a guided carriage holds it.
+    r"""Strings that carry the transverse motion in both planes: each span, cut at guided carriages.
 
-    Each piece between two joints obeys Eq. (3.27). A section at rest under its own tension T(s) becomes the
-    uniform string on which a wave takes as long from end to end,
-    :math:`\sqrt{\rho_0/R}\,l = \int\sqrt{\rho_0(1/T + 1/EA)}\,ds`.
-
-    Parameters
-    ----------
-    drive : Drive
-    rest : RestState, optional
-        Where the tension of each section is taken from; the pretension of the straight drive if not given.
-
-    Returns
-    -------
-    tuple of LabelledChain
-        Upper span first, in order of position, with R = T0 / (1 + eps0) or that of the tension at rest; each
-        stands for both planes.
-
-    Raises
-    ------
-    NotComputed
-        If a section hangs slack at rest.
+    Each piece between two joints obeys Eq. (3.27), with :math:`R = T_0/(1+\varepsilon_0)`, upper span first.
+    A section under its own tension T(s) at ``rest`` becomes the uniform string on which a wave takes as long
+    from end to end, :math:`\sqrt{\rho_0/R}\,l = \int\sqrt{\rho_0(1/T + 1/EA)}\,ds`.
+    Raises `NotComputed` if a section hangs slack at rest.
     """
     chains: list[LabelledChain] = []
     for span in drive.spans:
@@ -167,23 +136,9 @@ def _uniform_rigidity(drive: Drive, section: RestingSection) -> float:
 
 
 def strings_at_rest(drive: Drive, *, at_torque: float = 0.0) -> tuple[LabelledChain, ...]:
-    """Strings under the tension that weights, carriages, slope and a steady torque leave each section.
+    """Strings under the tension that weights, carriages, slope and a steady torque [N m] leave each section.
 
-    Parameters
-    ----------
-    drive : Drive
-    at_torque : float, default 0.0
-        Steady torque on the drive pulley, as in `rest_state` [N m].
-
-    Returns
-    -------
-    tuple of LabelledChain
-        As `transverse_chains`.
-
-    Raises
-    ------
-    NotComputed
-        If no state of rest is found, or a section hangs slack there.
+    Raises `NotComputed` if no state of rest is found, or a section hangs slack there.
     """
     return transverse_chains(drive, rest=rest_state(drive, at_torque=at_torque))
 

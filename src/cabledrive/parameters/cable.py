@@ -54,18 +54,7 @@ class Rope:
         return self.mass_per_length
 
     def wave_speed(self, tension: float) -> float:
-        """Transverse wave speed along the rope under a tension.
-
-        Parameters
-        ----------
-        tension : float
-            [N].
-
-        Returns
-        -------
-        float
-            [m/s].
-        """
+        """Transverse wave speed [m/s] along the rope under a tension [N]."""
         return sqrt(tension * (1.0 + tension / self.axial_rigidity) / self.density)
 
 

@@ -51,6 +51,8 @@ def eliminated(nodes: Integers, compliance: Array, kick: Array, ropes: Array, en
     (nodes,): speed gained along u per force over a step; ``ends``, (pieces, 2, n): motion of both ends along
     the piece.
     """
+    from scipy.linalg import solveh_banded
+
     table, loss, stiffest = np.zeros((5, compliance.size)), np.zeros((ends.shape[-1],) * 2), -1.0
     for (first, last), count, (start, end) in zip(nodes, ropes, ends, strict=True):
         if compliance[first] == 0.0:
@@ -59,7 +61,11 @@ def eliminated(nodes: Integers, compliance: Array, kick: Array, ropes: Array, en
         half[[0, -1]] = 0.0
         pivot = compliance[first:last] + half[:-1] + half[1:]
         stiffest = max(stiffest, float((4.0 * (half[:-1] + half[1:]) / compliance[first:last]).max()))
-        own = table[:, first:last]
+        own, units = table[:, first:last], np.zeros((2, last - first))
+        units[0, 0] = units[1, -1] = 1.0
+        bands = np.stack([np.append(0.0, -half[1:-1]), pivot])
+        answers = solveh_banded(bands, units.T).T if last - first > 1 else units / pivot
+        own[TO_START:] = np.where(np.abs(answers) < TINY * np.abs(answers).max(), 0.0, answers)
         size, middle = last - first, (last - first - 1) // 2
         for i in range(1, middle + 1):
             own[BEFORE, i] = half[i] / pivot[i - 1]
@@ -68,27 +74,7 @@ def eliminated(nodes: Integers, compliance: Array, kick: Array, ropes: Array, en
             own[BEHIND, i] = half[i + 1] / pivot[i + 1]
             pivot[i] -= own[BEHIND, i] * half[i + 1]
         own[INVERSE] = 1.0 / pivot
-        for row, unit in ((TO_START, 0), (TO_END, size - 1)):
-            own[row] = answer(own, unit)
         first_row = own[TO_END, 0] * end - own[TO_START, 0] * start
         last_row = own[TO_END, -1] * end - own[TO_START, -1] * start
         loss += count * (np.outer(end, last_row) - np.outer(start, first_row))
     return Dampers(table, loss, stiffest)
-
-
-def answer(own: Array, unit: int) -> Array:
-    """Tensions of a piece to a unit rate of one segment, by its eliminated matrix, shape (segments,)."""
-    before, behind, inverse = own[:3]
-    y, size = np.zeros(inverse.size), inverse.size
-    y[unit], middle = 1.0, (size - 1) // 2
-    for i in range(1, middle + 1):
-        y[i] += before[i] * y[i - 1]
-    for i in range(size - 2, middle - 1, -1):
-        y[i] += behind[i] * y[i + 1]
-    y *= inverse
-    for i in range(middle - 1, -1, -1):
-        y[i] += before[i + 1] * y[i + 1]
-    for i in range(middle + 1, size):
-        y[i] += behind[i - 1] * y[i - 1]
-    y[np.abs(y) < TINY * np.abs(y).max()] = 0.0
-    return y

@@ -9,13 +9,9 @@ from cabledrive.trajectories.input_shaping import (
 )
 from cabledrive.trajectories.limits import (
     MoveLimits,
-    derivative_jump,
     move_limits,
     peak_demand,
-    peak_factor,
-    rise_coefficients,
     shortest_rise,
-    smooth_rise,
 )
 from cabledrive.trajectories.segments import Move, Trajectory, pulse, waypoints
 
@@ -24,17 +20,13 @@ __all__ = [
     "Move",
     "MoveLimits",
     "Trajectory",
-    "derivative_jump",
     "highest_acceleration",
     "input_shaper",
     "move_limits",
     "peak_demand",
-    "peak_factor",
     "pulse",
     "residual_vibration",
-    "rise_coefficients",
     "shortest_rise",
-    "smooth_rise",
     "smoothing",
     "waypoints",
 ]

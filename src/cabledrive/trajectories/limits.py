@@ -32,15 +32,7 @@ def rise_coefficients(order: int) -> tuple[float, ...]:
 
     .. math:: a_{n+1+k} = \frac{(2n+1)!}{(n!)^2}\,\frac{(-1)^k}{n+1+k}\binom{n}{k}, \qquad k = 0, \dots, n
 
-    Parameters
-    ----------
-    order : int
-        Odd order 2 n + 1.
-
-    Returns
-    -------
-    tuple of float, length order + 1
-        From the constant upwards; exact, for they are whole numbers.
+    Of an odd order 2 n + 1; from the constant upwards, exact, for they are whole numbers.
     """
     n = check_order(order)
     scale = factorial(2 * n + 1) // factorial(n) ** 2
@@ -54,23 +46,8 @@ def smooth_rise(xi: Array, order: int = 9, derivatives: int = 0) -> Array:
     Beyond the ends it rests. The upper half is taken by the symmetry :math:`s(\xi) = 1 - s(1 - \xi)`, so that
     no digits are lost near the end.
 
-    Parameters
-    ----------
-    xi : ndarray, shape (p,)
-        Time over rise time, :math:`\xi = t/t_f`.
-    order : int, default 9
-        Odd order of the polynomial.
-    derivatives : int, default 0
-        Highest derivative wanted, with respect to xi.
-
-    Returns
-    -------
-    ndarray, shape (derivatives + 1, p)
-
-    Raises
-    ------
-    InputRefused
-        If the order is even or out of range.
+    ``xi``, (p,): time over rise time; ``derivatives``: the highest wanted, with respect to xi.
+    Returns (derivatives + 1, p). Raises `InputRefused` if the order is even or out of range.
     """
     polynomial = np.polynomial.Polynomial(rise_coefficients(order))
     late = xi > 0.5
@@ -87,20 +64,9 @@ def smooth_rise(xi: Array, order: int = 9, derivatives: int = 0) -> Array:
 
 @cache
 def peak_factor(order: int, derivative: int) -> float:
-    r"""Largest value of a derivative of the unit rise, :math:`\max_\xi |s^{(k)}(\xi)|`.
+    r"""Largest value of the k-th derivative of the unit rise of an odd order, :math:`\max |s^{(k)}|`.
 
     A move by an angle in a time :math:`t_f` has the peak value angle times this over :math:`t_f^k`.
-
-    Parameters
-    ----------
-    order : int
-        Odd order of the rise.
-    derivative : int
-        Which derivative, k >= 1.
-
-    Returns
-    -------
-    float
     """
     polynomial = np.polynomial.Polynomial(rise_coefficients(order)).deriv(derivative)
     roots = polynomial.deriv().roots() if polynomial.degree() > 0 else np.array([])
@@ -112,17 +78,7 @@ def derivative_jump(order: int) -> float:
     r"""Jump of the first derivative that does not rest at the ends, :math:`s^{(n+1)}(0) = (2n+1)!/n!`.
 
     The 9th-order rise of (6.1) jumps in its fifth derivative, though Model 4 assumes six bounded ones; order
-    11 puts the jump into the sixth, order 13 beyond.
-
-    Parameters
-    ----------
-    order : int
-        Odd order 2 n + 1.
-
-    Returns
-    -------
-    float
-        For a unit rise in unit time; a move has angle times this over t_f^(n + 1).
+    11 puts the jump into the sixth, order 13 beyond. A move by an angle has it times that over t_f^(n + 1).
     """
     n = check_order(order)
     return float(factorial(2 * n + 1) // factorial(n))

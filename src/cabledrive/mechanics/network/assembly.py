@@ -129,22 +129,9 @@ class Network:
 def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[str] = ()) -> Network:
     """The network of a machine about its state of rest.
 
-    Parameters
-    ----------
-    drive : RoutedDrive
-    motor : {"free", "held", "holding"}, optional
-        How the rotors are held; default: "holding" where the file gives a holding stiffness, else "free".
-    hold : sequence of str, optional
-        Bodies, pulleys and carriages that are held as well.
-
-    Returns
-    -------
-    Network
-
-    Raises
-    ------
-    InputRefused
-        If there is no such state, a rope runs too fast, or nothing holds a part.
+    ``motor``, {"free", "held", "holding"}: how the rotors are held, by default "holding" where the file gives
+    a holding stiffness, else "free"; ``hold``: bodies, pulleys and carriages that are held as well.
+    Raises `InputRefused` if there is no such state, a rope runs too fast, or nothing holds a part.
     """
     names = (hold,) if isinstance(hold, str) else tuple(hold)
     motion, statics = Motion(drive, condition(drive, motor), names), statics_of(drive)
@@ -339,27 +326,10 @@ def machine_response(
 ) -> Complex:
     """Motion of one coordinate of a machine with routes per force or torque on another, with its own damping.
 
-    Parameters
-    ----------
-    drive : RoutedDrive
-    frequency : ndarray, shape (p,)
-        [Hz], above 0.
-    force_on, motion_of : str
-        Coordinates: "head.x", "arm.turn", the name of a pulley; of a motor's pulley its rotor.
-    motor : {"free", "held", "holding"}, optional
-        How the rotors are held; default: "holding" where the file gives a holding stiffness, else "free".
-
-    Returns
-    -------
-    ndarray of complex, shape (p,)
-        [m/N], [rad/N m] or between them; Coulomb friction is left out.
-
-    Raises
-    ------
-    InputRefused
-        If there is no such coordinate, or a frequency is not above 0.
-    NotComputed
-        If a frequency is that of an undamped mode.
+    ``frequency``, (p,): [Hz], above 0; ``force_on``, ``motion_of``: coordinates, "head.x", "arm.turn", the
+    name of a pulley, of a motor's pulley its rotor; ``motor``: as of `network_of`.
+    Returns (p,) [m/N], [rad/N m] or between them; Coulomb friction is left out. Raises `InputRefused` if
+    there is no such coordinate or a frequency is not above 0, `NotComputed` at that of an undamped mode.
     """
     if not (np.all(np.isfinite(frequency)) and np.all(frequency > 0.0)):
         raise InputRefused("frequency must be finite and above 0 Hz at every line")

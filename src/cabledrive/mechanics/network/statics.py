@@ -51,20 +51,8 @@ class Statics:
 def statics_of(drive: RoutedDrive) -> Statics:
     """Tensions at rest.
 
-    Parameters
-    ----------
-    drive : RoutedDrive
-
-    Returns
-    -------
-    Statics
-
-    Raises
-    ------
-    InputRefused
-        If no tensions balance the bodies, they are not determined, or one is not positive.
-    NotComputed
-        If none are found.
+    Raises `InputRefused` if no tensions balance the bodies, they are not determined, or one is not positive;
+    `NotComputed` if none are found.
     """
     motion = Motion(drive, hold=tuple(drive.pulley[i].name for i in drive.driven))
     stretches, total = at_rest(drive, motion)

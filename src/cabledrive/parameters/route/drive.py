@@ -143,24 +143,9 @@ class RoutedDrive:
         return self.driven or tuple(range(len(self.pulley)))[:1]
 
     def body_number(self, name: str, key: str) -> int | None:
-        """Number of a body by its name.
+        """Number of a body by its name, None for the frame, which has none; ``key``: where it is written.
 
-        Parameters
-        ----------
-        name : str
-            Empty for the frame.
-        key : str
-            Where the name is written.
-
-        Returns
-        -------
-        int or None
-            None for the frame.
-
-        Raises
-        ------
-        InputRefused
-            If no body has that name.
+        Raises `InputRefused` if no body has that name.
         """
         if not name:
             return None
@@ -198,18 +183,7 @@ class RoutedDrive:
         return tuple(_carriage_place(self, number) for number in range(len(self.carriage)))
 
     def carried_by(self, number: int | None) -> tuple[int, ...]:
-        """A body and all that carry it.
-
-        Parameters
-        ----------
-        number : int or None
-            Of the body; None for the frame.
-
-        Returns
-        -------
-        tuple of int
-            The body itself first; empty for the frame.
-        """
+        """A body and all that carry it, the body itself first; nothing carries the frame, None."""
         found: list[int] = []
         while number is not None:
             found.append(number)

@@ -43,23 +43,9 @@ def is_pose_key(drive_data: Mapping[str, Any], key: str) -> bool:
 def posed(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
     """The machine with these bodies moved and no others, whatever that does to its ropes.
 
-    Bodies that carry others move first.
-
-    Parameters
-    ----------
-    drive : RoutedDrive
-    pose : mapping of str to float
-        "head.x", "head.y": new coordinate of the body's `at` [m]; "arm.turn": angle from the pose of the file
-        [rad], about its pivot.
-
-    Returns
-    -------
-    RoutedDrive
-
-    Raises
-    ------
-    InputRefused
-        For an unknown body, or a pose in which the machine cannot be.
+    ``pose``: "head.x", "head.y", new coordinate of the body's `at` [m]; "arm.turn", angle from the pose of
+    the file [rad], about its pivot. Bodies that carry others move first.
+    Raises `InputRefused` for an unknown body, or a pose in which the machine cannot be.
     """
     names = [body.name for body in drive.body]
     steps = []
@@ -128,24 +114,9 @@ _NUDGE = 1e-6
 def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
     """The machine with bodies moved and its ropes as long as they are: what has to follow, follows.
 
-    The fewest bodies follow, the first of the file before later ones; all others stay where they are.
-
-    Parameters
-    ----------
-    drive : RoutedDrive
-    pose : mapping of str to float
-        "head.x", "head.y": new coordinate of the body's `at` [m]; "arm.turn": angle from the pose of the file
-        [rad], about its pivot.
-
-    Returns
-    -------
-    RoutedDrive
-
-    Raises
-    ------
-    InputRefused
-        For an unknown body, a pose in which the machine cannot be, or one that strains a rope whatever else
-        moves along; the message has the strain.
+    ``pose``: as of `posed`. The fewest bodies follow, the first of the file before later ones; others stay.
+    Raises `InputRefused` for an unknown body, a pose in which the machine cannot be, or one that strains a
+    rope whatever else moves along; the message has the strain.
     """
     asked = posed(drive, pose)
     passed_on = _passed_on(drive)
@@ -169,19 +140,7 @@ def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
 
 
 def followers(drive: RoutedDrive, pose: Mapping[str, float]) -> dict[str, float]:
-    """New places of the bodies that follow a pose.
-
-    Parameters
-    ----------
-    drive : RoutedDrive
-    pose : mapping of str to float
-        As of `moved`.
-
-    Returns
-    -------
-    dict of str to float
-        By key, such as "counterweight.y" [m]; empty where nobody has to follow.
-    """
+    """New places [m] of the bodies that follow a pose, by key, such as "counterweight.y"."""
     slides = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move != "turn"]
     found, asked = moved(drive, pose), posed(drive, pose)
     return {key: place_of(found, key) for key in slides if place_of(found, key) != place_of(asked, key)}

@@ -46,7 +46,7 @@ from cabledrive.rig.setting import (
     current_rate,
     sample_interval,
 )
-from cabledrive.trajectories import rise_coefficients
+from cabledrive.trajectories.limits import rise_coefficients
 
 SHAFTS = ("motor", "drive", "load")
 

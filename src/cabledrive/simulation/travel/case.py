@@ -30,7 +30,7 @@ from cabledrive.simulation.travel.plan import (
     TravelWorkspace,
     new_travel_workspace,
 )
-from cabledrive.trajectories import smooth_rise
+from cabledrive.trajectories.limits import smooth_rise
 
 POSES = 25
 

@@ -141,20 +141,9 @@ QUANTITIES = {
 def load_goals(path: str | Path) -> Goals:
     """Read the goals of a study.
 
-    Parameters
-    ----------
-    path : path-like
-        TOML with tables ``[goals]``, ``[motion]``, ``[carriage]``, ``[acceptance]``, ``[uncertainty]`` and
-        ``[log]``; the keys of the first four may stand without a table as well.
-
-    Returns
-    -------
-    Goals
-
-    Raises
-    ------
-    InputRefused
-        If it cannot be read or is not understood.
+    TOML with tables ``[goals]``, ``[motion]``, ``[carriage]``, ``[acceptance]``, ``[uncertainty]`` and
+    ``[log]``; the keys of the first four may stand without a table as well.
+    Raises `InputRefused` if it cannot be read or is not understood.
     """
     return read_toml(path, "write TOML with a table [goals]", goals_of)
 
