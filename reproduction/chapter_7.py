@@ -6,7 +6,8 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.modal import against_rigid_supports, modes, natural_frequencies
+from cabledrive.modal import modes, natural_frequencies
+from cabledrive.modal.lowest import against_rigid_supports
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of

@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.trajectories import move_limits, peak_demand, pulse, shortest_rise, waypoints
-from cabledrive.trajectories.limits import derivative_jump, peak_factor, rise_coefficients, smooth_rise
+from cabledrive.trajectories import move_limits, pulse, shortest_rise, waypoints
+from cabledrive.trajectories.limits import (
+    derivative_jump,
+    peak_demand,
+    peak_factor,
+    rise_coefficients,
+    smooth_rise,
+)
 
 PULSE = pulse(pi / 4, 0.5, 0.5)
 

@@ -123,14 +123,7 @@ def against_rigid_supports(drive: Drive) -> tuple[Comparison, Comparison]:
 
     .. math:: f_u = \frac{c_u}{2 L_e} = \frac{1}{2 L}\sqrt{EA/\rho_0}, \qquad f_w = \frac{c_w}{2 L_e}
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    longitudinal, transverse : Comparison
-        The bare span between rigid supports against the lowest certified mode of each kind.
+    Along and across: the bare span between rigid supports against the lowest certified mode of each kind.
     """
     found, cable, twice = modes(drive, count=1), drive.cable, 2.0 * drive.pulley_distance
     return (
@@ -149,19 +142,7 @@ def against_lumped_springs(drive: Drive) -> Comparison:
     .. math:: \frac{m_c}{6\mu}\Big(1 - \frac{3\mu}{m_1 + m_2}\Big), \qquad
               \mu = \frac{m_1 m_2}{m_1 + m_2}, \quad m_i = J_i/r_i^2 \qquad \text{Eq. (M.7)}
 
-    Parameters
-    ----------
-    drive : Drive
-
-    Returns
-    -------
-    Comparison
-        Against the certified `pulley_mode`.
-
-    Raises
-    ------
-    InputRefused
-        If both pulleys are fixed.
+    Against the certified `pulley_mode`; raises `InputRefused` if both pulleys are fixed.
     """
     simple = lumped_cable_mode(replace(drive, lumped=None))
     if simple is None:

@@ -31,7 +31,7 @@ from cabledrive.rig.plant_samples import (
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions, none, sample_interval
 from cabledrive.rig.tracking import Tracking, within
 from cabledrive.rig.tuning import LawSetting, law_at, limit_words, ripple_limit, setting_of, tuned_loop
-from cabledrive.trajectories import move_limits, peak_demand
+from cabledrive.trajectories.limits import move_limits, peak_demand
 
 
 def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Tracking:

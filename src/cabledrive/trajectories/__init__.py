@@ -10,7 +10,6 @@ from cabledrive.trajectories.input_shaping import (
 from cabledrive.trajectories.limits import (
     MoveLimits,
     move_limits,
-    peak_demand,
     shortest_rise,
 )
 from cabledrive.trajectories.segments import Move, Trajectory, pulse, waypoints
@@ -23,7 +22,6 @@ __all__ = [
     "highest_acceleration",
     "input_shaper",
     "move_limits",
-    "peak_demand",
     "pulse",
     "residual_vibration",
     "shortest_rise",

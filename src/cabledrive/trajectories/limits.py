@@ -143,20 +143,8 @@ def move_limits(drive: Drive, *, acceleration: float = inf, slack_share: float =
 def peak_demand(limits: MoveLimits, angle: float, rise: float, order: int = 9) -> dict[str, float]:
     """What a move asks for at most: each term at its own peak, so that the sum is an upper bound.
 
-    Parameters
-    ----------
-    limits : MoveLimits
-    angle : float
-        Of the load pulley [rad].
-    rise : float
-        Rise time [s].
-    order : int, default 9
-        Odd order of the rise.
-
-    Returns
-    -------
-    dict
-        "speed" [rad/s], "acceleration" [rad/s^2], "torque" [N m], "slack_torque" [N m].
+    Of the load pulley's ``angle`` [rad] in a time ``rise`` [s]. Returns "speed" [rad/s], "acceleration"
+    [rad/s^2], "torque" [N m], "slack_torque" [N m].
     """
     speed = peak_factor(order, 1) * abs(angle) / rise
     acceleration = peak_factor(order, 2) * abs(angle) / rise**2
