@@ -1,9 +1,8 @@
 """A result as labelled data, in memory or in a NetCDF file that is written block by block."""
 
-import errno
+import io
 import json
 import os
-import shutil
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -47,7 +46,6 @@ def storable(known: dict[str, Any]) -> dict[str, Any]:
 
 
 RECORDS_PER_BLOCK = 50_000
-BESIDES = 1 << 20  # bytes a file may need beyond its numbers
 
 
 def write_netcdf(content: Content, path: Path, temporary: Path, *, force: bool = False) -> None:
@@ -57,10 +55,10 @@ def write_netcdf(content: Content, path: Path, temporary: Path, *, force: bool =
     file meanwhile (without `force`); `OSError` if the disk refuses.
     """
     try:
-        _find_room(content, temporary)
-        _write(content, temporary)
-        _compare(content, temporary)
-        with temporary.open("rb+") as file:
+        with Patient(temporary) as file:
+            _write(content, file)
+            if file.refusal is not None:
+                raise file.refusal
             os.fsync(file.fileno())
         put_in_place(temporary, path, force=force)
     finally:
@@ -68,37 +66,43 @@ def write_netcdf(content: Content, path: Path, temporary: Path, *, force: bool =
             temporary.unlink(missing_ok=True)
 
 
-def _compare(content: Content, path: Path) -> None:
-    """Read the numbers again: errors on closing a file are not passed on by its library."""
-    import h5netcdf
+class Patient(io.FileIO):
+    """A file that keeps the first refusal of the disk: HDF5 does not survive one, now or on closing."""
 
-    with h5netcdf.File(path, "r") as file:
-        for name, _, values, *_ in (*content.coordinates, *content.variables):
-            stored = file.variables.get(name)
-            blocks = (slice(i, i + RECORDS_PER_BLOCK) for i in range(0, len(values), RECORDS_PER_BLOCK))
-            if stored is None or not all(
-                np.array_equal(stored[b], values[b], equal_nan=True) for b in blocks
-            ):
-                raise OSError(errno.EIO, f"{name} was not written whole")
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+")
+        self.refusal: OSError | None = None
+
+    def write(self, content: Any) -> int:
+        """Write all of it, or nothing more once the disk has refused."""
+        left = memoryview(content).cast("B")
+        try:
+            while left and self.refusal is None:
+                left = left[super().write(left) :]
+        except OSError as error:
+            self.refusal = error
+        return len(content)
+
+    def truncate(self, size: int | None = None) -> int:
+        """Make the file so long."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.refusal = self.refusal or error
+            return size or 0
+
+    def readinto(self, into: Any) -> int:
+        """Read; what was never written reads as zeros."""
+        found = super().readinto(into) or 0
+        memoryview(into).cast("B")[found:] = bytes(len(into) - found)
+        return len(into)
 
 
-def _find_room(content: Content, path: Path) -> None:
-    """Refuse to begin where the disk has not enough room: HDF5 does not survive a disk that fills up."""
-    numbers = sum(variable.values.nbytes for variable in (*content.coordinates, *content.variables))
-    needed = numbers + BESIDES
-    if not hasattr(os, "posix_fallocate"):
-        if shutil.disk_usage(path.parent).free < needed:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return
-    with path.open("wb") as file:
-        os.posix_fallocate(file.fileno(), 0, needed)  # knows of quotas, too
-
-
-def _write(content: Content, path: Path) -> None:
+def _write(content: Content, target: Patient) -> None:
     import h5netcdf
     import h5py
 
-    with h5netcdf.File(path, "w") as file:
+    with h5netcdf.File(target, "w") as file:
         described = [*content.coordinates, *content.variables]
         for variable in described:
             for name, size in zip(variable.dimensions, variable.values.shape, strict=True):
