@@ -1,4 +1,4 @@
-"""Ctrl-C while the libraries of the command load: imported before all of them, and of no effect elsewhere."""
+"""What the command settles before its libraries load: Ctrl-C, and threads; of no effect elsewhere."""
 
 import _signal as signal  # type: ignore[import-not-found]  # the module signal would load others first
 import atexit
@@ -52,5 +52,12 @@ def _listen() -> bool:
     return True
 
 
+def _with_one_thread() -> None:
+    """Let the linear algebra use one thread: on small matrices several wait for one another."""
+    for library in ("OPENBLAS", "MKL") if _is_the_command() else ():
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+
+_with_one_thread()
 LISTENS = _listen()
 """Whether an interrupt ends this process at once, until `cabledrive.app.failures` takes over."""
