@@ -14,7 +14,7 @@ from cabledrive.report.animation import animation_page, controlled_film
 from cabledrive.report.figures import ladder, run_histories, shapes
 from cabledrive.report.figures.moving_machine import draw_machine
 from cabledrive.report.figures.shapes import POINTS, SIZE, machine_size
-from cabledrive.report.figures.sheet import Sheet
+from cabledrive.report.figures.sheet import Sheet, drawn_machine
 from cabledrive.report.mode_figure import mode_figure, mode_picture
 from cabledrive.rig import Motion, track
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
@@ -110,15 +110,17 @@ def idlers():
 def test_a_transverse_mode_of_a_machine_with_routes_is_drawn_across_its_spans(idlers):
     """The drawn displacement of each span, over the largest of all, is that of the mode."""
     drive, found, axes = idlers
+    shown = drawn_machine(drive)[0]  # a slim one, so that its height is stretched
+    assert axes[1].get_title(loc="left").endswith("; y × 10.7")
     curves = [np.array(line.get_xydata()) for line in axes[1].lines if len(line.get_xydata()) == POINTS]
     assert len(curves) == len(drive.free_spans)
     mode, drawn, exact = mode_rows(found.transverse)[0].modes[0], [], []
-    for curve, span in zip(curves, drive.free_spans, strict=True):
-        rest = np.array(span.contacts[0]) + np.outer(np.linspace(0, span.length, POINTS), span.along)
-        drawn.append((curve - rest) @ np.array((-span.along[1], span.along[0])))
+    for curve, span, own in zip(curves, drive.free_spans, shown.free_spans, strict=True):
+        rest = np.array(own.contacts[0]) + np.outer(np.linspace(0, own.length, POINTS), own.along)
+        drawn.append((curve - rest) @ np.array((-own.along[1], own.along[0])))
         exact.append(np.real(mode.shape(span.name, np.linspace(0, span.length, POINTS))[0]))
     drawn, exact = np.concatenate(drawn), np.concatenate(exact)
-    size = SIZE * machine_size(drive)
+    size = SIZE * machine_size(shown)
     np.testing.assert_allclose(drawn, size * exact / np.abs(exact).max(), atol=1e-9 * size)
     assert mode_picture(drive, found, "svg", most=1).startswith(b"<?xml")
 
@@ -134,8 +136,9 @@ def test_a_longitudinal_mode_moves_dots_along_their_spans_and_never_off_their_pu
         found.longitudinal[0].shape(s.name, np.linspace(0, s.length, POINTS))[0].real
         for s in drive.free_spans
     ]
-    size = SIZE * machine_size(drive) / max(np.abs(one).max() for one in exact)
-    for own, span, shape in zip(dots, drive.free_spans, exact, strict=True):
+    shown = drawn_machine(drive)[0]
+    size = SIZE * machine_size(shown) / max(np.abs(one).max() for one in exact)
+    for own, span, shape in zip(dots, shown.free_spans, exact, strict=True):
         away = np.array(own) - span.contacts[0]
         along = away @ np.array(span.along)
         assert np.abs(away @ np.array((-span.along[1], span.along[0]))).max() < 1e-12

@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
-from itertools import cycle, pairwise
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -246,8 +246,8 @@ COLOURS = ("blue", "orange", "green", "purple", "ochre", "red", "ink")
 
 
 def in_turn(curves: Iterable[tuple[str, Array]]) -> tuple[Series, ...]:
-    """Curves by their names, each in the next colour."""
-    return tuple(Series(name, values, colour) for (name, values), colour in zip(curves, cycle(COLOURS)))
+    """Curves by their names, each in the next colour, dashed when all were used."""
+    return tuple(Series(*one, COLOURS[i % len(COLOURS)], i >= len(COLOURS)) for i, one in enumerate(curves))
 
 
 def time_plot(name: str, time: Array, panels: Sequence[Panel], *, alt: str, caption: Text) -> Plot:

@@ -18,7 +18,6 @@ from cabledrive.report.blocks import (
     Note,
     Panel,
     Plot,
-    Series,
     in_turn,
     instants,
     table,
@@ -107,7 +106,7 @@ def _curves(found: "xr.Dataset") -> Plot:
 
 def _excited(found: Campbell) -> tuple[Block, ...]:
     """Campbell picture, its modes over the first key to be read off, and the table of zones."""
-    unit = speed_unit(found.coordinate)
+    unit, place = speed_unit(found.coordinate), "m" if found.key.endswith((".x", ".y")) else ""
     shown = Figure(
         name="campbell",
         alt="Frequencies of the modes over speed with the orders of excitation as lines.",
@@ -117,19 +116,17 @@ def _excited(found: Campbell) -> tuple[Block, ...]:
     )
     places, first = np.unique(found.places, return_index=True)
     heaviest = sorted(found.branches, key=lambda own: -own.weight)[:MOST_BRANCHES]
-    hertz = ((own.name, own.hertz[first]) for own in heaviest)
-    orders = (
-        Series(f"{name} at {found.high:.4g} {unit}", np.full(places.size, rate * found.high))
-        for name, rate in found.orders.items()
-    )
+    hertz = [(own.name, own.hertz[first]) for own in heaviest]
+    for name, rate in found.orders.items():
+        hertz.append((f"{name} at {found.high:.4g} {unit}", np.full(places.size, rate * found.high)))
     curves = Plot(
         name="campbell-places",
         alt=f"Modes that the orders can meet, over {found.key}.",
         caption="The heaviest modes, and the frequency of each order at the highest speed.",
         points=places,
         along=found.key,
-        unit="m" if found.key.endswith((".x", ".y")) else "",
-        panels=(Panel("modes and orders", "Hz", (*in_turn(hertz), *orders)),),
+        unit=place,
+        panels=(Panel("modes and orders", "Hz", in_turn(hertz)),),
     )
     rows = []
     for zone in found.zones:
@@ -139,7 +136,7 @@ def _excited(found: Campbell) -> tuple[Block, ...]:
     zones = table(
         f"Speeds of {found.coordinate} [{unit}] at which an excitation comes near a mode, heaviest "
         f"first. Clear of all modes: {clear or 'none'}.",
-        f"Order | Mode | From [] | To [] | {found.key} from [] | to []",
+        f"Order | Mode | From [] | To [] | {found.key} from [{place}] | to [{place}]",
         rows or [("none", *5 * ("",))],
     )
     return shown, curves, zones

@@ -95,7 +95,7 @@ def draw_campbell(figure: "Figure", found: Campbell) -> None:
             (found.high, hertz),
             (1.04, last / top),
             textcoords="axes fraction",
-            fontsize=7,
+            fontsize=9,
             va="center",
             arrowprops={"arrowstyle": "-", "linewidth": 0.4, "relpos": (0.0, 0.5)},
         )
@@ -157,7 +157,7 @@ def _draw_curves(axes: "Axes", found: "xr.Dataset", dim: str) -> None:
         axes.plot(x, data.values, ":", color=colour, linewidth=2.4, label=name)
     axes.set(xlabel=_label(found, dim), ylabel="frequency [Hz]")
     axes.set_ylim(bottom=0.0)
-    axes.legend(frameon=False)
+    axes.legend(facecolor=Hue.PAPER, edgecolor="none")
 
 
 def _draw_field(figure: "Figure", axes: "Axes", name: str, data: "xr.DataArray", plane: list[str]) -> None:
@@ -166,7 +166,8 @@ def _draw_field(figure: "Figure", axes: "Axes", name: str, data: "xr.DataArray",
     mesh = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis")
     if min(values.shape) > 1 and np.isfinite(values).all() and np.ptp(values) > 0.0:
         lines = axes.contour(x, y, values, 8, colors="white", linewidths=0.7)
-        axes.clabel(lines, fmt="%.4g", fontsize=7)
+        for text in axes.clabel(lines, fmt="%.4g", fontsize=9, colors=Hue.INK):
+            text.set_bbox({"facecolor": Hue.PAPER, "edgecolor": "none", "pad": 1.0})
     bar = figure.colorbar(mesh, ax=axes)
     bar.set_label("Hz")
     axes.set(title=name, xlabel=_label(data, plane[0]), ylabel=_label(data, plane[1]))

@@ -2,8 +2,7 @@
 
 A figure is drawn in the light colours; on the page each of them is a variable with a value for light and one
 for dark. The hues can be distinguished with any of the common colour deficiencies and reach a contrast of
-4.5 as
-text; what a colour says is said by a label or a line style as well.
+4.5 as text; what a colour says is said by a label or a line style as well.
 
 Text stays text, in the page's own typeface; every colour of the style becomes a variable of the page. Where
 axes lie and what they measure goes with the picture, so that the page can show the values under a pointer.

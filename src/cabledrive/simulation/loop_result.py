@@ -48,8 +48,8 @@ class SimulationResult(RunResult):
     )
     position: Array = meaning("(spans, n + 1): distance of the nodes of each span from its start [m]")
     extremes: dict[str, float] = meaning(
-        "over all steps, recorded or not: least and largest angle of each shaft [rad], largest |v| "
-        "and |w| of each midpoint [m]"
+        "over all steps, recorded or not: least and largest angle of each shaft [rad], largest "
+        "absolute v and w of each midpoint [m]"
     )
     error_estimate: "ErrorEstimate | None" = meaning("discretisation error, if it was asked for", None)
 

@@ -10,7 +10,7 @@ selects.forEach((select, which) => {
   select.value = which ? outputs[0] || names[0] : d.keys[0] || names[0];
   select.addEventListener("change", draw);
 });
-const W = 720, H = 440, L = 78, R = 16, T = 12, B = 48, SVG = "http://www.w3.org/2000/svg";
+const W = 720, H = 440, L = 78, R = 32, T = 12, B = 48, SVG = "http://www.w3.org/2000/svg";
 function element(name, attributes, parent, text) {
   const made = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);

@@ -12,6 +12,7 @@ from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.figures.sheet import drawn_machine
 from cabledrive.report.picture import SPAN_COLOURS, Hue, picture
 from cabledrive.report.typesetting import number
 
@@ -107,6 +108,7 @@ def _draw_on_machine(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
     shapes = [
         np.real(mode.shape(span.name, at)[0]) for span, at in zip(drive.free_spans, places, strict=True)
     ]
+    drive, axis, factor = drawn_machine(drive)
     largest = max(float(np.abs(shape).max()) for shape in shapes) or 1.0
     size = SIZE * machine_size(drive) / largest
     for span, shape in zip(drive.free_spans, shapes, strict=True):
@@ -124,7 +126,7 @@ def _draw_on_machine(axes: "Axes", drive: RoutedDrive, mode: Mode) -> None:
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.04)
     axes.set_axis_off()
-    axes.set_title(mode_title(mode))
+    axes.set_title(mode_title(mode) + (f"; {axis} × {factor:.3g}" if axis else ""))
 
 
 def _draw_along(axes: "Axes", ends: Array, shape: Array, shorter: float) -> None:

@@ -24,7 +24,7 @@
       scales: { x: { time: false } },
       axes: [
         { ...axis, size: last ? 42 : 8, values: last ? undefined : () => [], label: last ? `${data.x.name} [${data.x.unit}]` : undefined, labelSize: 16, labelFont: "11px system-ui, sans-serif", space: 70 },
-        { ...axis, size: 62, values: (_, ticks) => ticks.map(number) },
+        { ...axis, size: 62, space: 22, values: (_, ticks) => ticks.map(number) },
       ],
       series: [
         { label: data.x.name, value: (_, value) => `${number(value)} ${data.x.unit}` },
