@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.tension_position import first_state, step
+from cabledrive.control.tension_position import first_state, step_in_place
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import BodyMotion, Disturbance, RigOptions, track, winch_run
 from cabledrive.rig.plant_samples import share_low
+from cabledrive.rig.setting import stepped_in
 from cabledrive.rig.winch_plan import design_tensions, plan_motion
 from cabledrive.rig.winch_summary import summarize
 from oracles.two_winches import Winches, run
@@ -45,10 +46,12 @@ def set_up(drive, way, *, rise, dwell=0.5, **design):
 
 def with_law(setup):
     """The law as a function of drum angles and tensions, with its own state."""
-    gains, held = setup.design.gains, [first_state(setup.design.gains, setup.machine.tension)]
+    gains, m = setup.design.gains, len(setup.machine.names)
+    held, space = first_state(gains, setup.machine.tension), (np.zeros((2, m)), np.zeros(3 * m + 22))
 
     def law(angles, tensions, row):
-        held[0], torque = step(gains, held[0], np.concatenate([angles, tensions]), row)
+        torque = np.zeros(2)
+        step_in_place(gains, held, np.concatenate([angles, tensions]), row, torque, *space)
         return torque
 
     return law
@@ -65,7 +68,8 @@ def test_the_rig_moves_as_scipy_integrates_the_winches(late):
     numbers = setup.machine.numbers
     heavy = replace(quiet, body=(replace(quiet.body[0], mass=1.12 * quiet.body[0].mass),))
     actual = winched_machine(heavy).numbers._replace(turning_coulomb=np.zeros(2))
-    force = winch_run.forces_of(setup, (Disturbance(on="camera.x", torque=25.0, start=0.1, end=0.2),))
+    gust = Disturbance(on="camera.x", torque=25.0, start=0.1, end=0.2)
+    force = stepped_in((gust,), setup.machine.names, setup.design.gains.interval, len(setup.table))
     ours = winch_run.run_plant(setup, actual, force, np.random.default_rng(0)).record
     mass = float(actual.mass[0])
     law, sent = with_law(setup), [actual.drum * ours[0, 2:4]] * late

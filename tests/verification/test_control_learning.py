@@ -1,5 +1,6 @@
 """The law that learns, the bound, the baselines over many draws; a seeded tenth of some in `make test`."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,11 +9,10 @@ from scipy.stats import binom
 
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion
-from cabledrive.rig.closed_loop.loop import run
+from cabledrive.rig.closed_loop.loop import run, with_plant
 from cabledrive.rig.laws.load_learning import run_indirect
 from cabledrive.rig.margins import expected_bound
-from cabledrive.rig.plant_samples import sampled_loops
-from cabledrive.rig.setting import Spreads
+from cabledrive.rig.plant_samples import sampled_chain, sampled_loops
 from dissertation_runs import loop_of, track
 
 DRIVE = load_drive("dissertation-3")
@@ -49,12 +49,21 @@ def learnt_of(loop, found):
     ]
 
 
+def rubbing_loops(loop, draws, seed):
+    """Plants as drawn, with up to 0.02 N m of Coulomb friction at the load."""
+    for generator in np.random.default_rng(seed).spawn(draws):
+        chain = sampled_chain(loop.chain, generator)
+        friction = (*chain.coulomb[:-1], chain.coulomb[-1] + 0.02 * generator.random())
+        rig = loop.rig._replace(phases=generator.uniform(-0.5, 0.5, len(loop.rig.phases)))
+        yield replace(with_plant(loop, replace(chain, coulomb=friction)), rig=rig)
+
+
 @cache
 def learning(draws=DRAWS, rubbing=False, best=True, seed=SEED):
     """Peaks and the twist that friction holds at rest, (draws, 4) [deg]; what was learnt, (draws, 10)."""
     loop = loop_of("darc-indirect", DRIVE, TWO, best=best)
-    spreads, rows = Spreads(load_coulomb=0.02 / 0.0376) if rubbing else None, []
-    for one in sampled_loops(loop, draws, seed, spreads):
+    rows = []
+    for one in rubbing_loops(loop, draws, seed) if rubbing else sampled_loops(loop, draws, seed):
         _, done, found = run_indirect(one)
         assert found is not None
         assert not done.failed

@@ -111,19 +111,6 @@ def first_state(gains: TensionGains, tension: Array) -> Array:
     return np.concatenate([np.zeros(3 * m), tension, tension, np.zeros(3), tension])
 
 
-@njit
-def step(gains: TensionGains, state: Array, measurement: Array, reference: Array) -> tuple[Array, Array]:
-    """One sample: the observer takes in the measurement, tensions are allocated, each motor follows its own.
-
-    ``measurement``, (4,): angles of the drums [rad], tensions [N]; ``reference``, (3 m + 2,): wanted place,
-    speed, acceleration, lead of either tension [N]. Returns the state and the torques (2,) [N m].
-    """
-    m = gains.machine.mass.size
-    state, command = state.copy(), np.zeros(2)
-    step_in_place(gains, state, measurement, reference, command, np.zeros((2, m)), np.zeros(3 * m + 22))
-    return state, command
-
-
 @njit_in_place
 def step_in_place(
     gains: TensionGains,
@@ -134,7 +121,12 @@ def step_in_place(
     along: Array,
     work: Array,
 ) -> None:
-    """The same in place, ``command`` (2,) written; space: ``along`` (2, m), ``work`` (3 m + 22,)."""
+    """One sample: the observer takes in the measurement, tensions are allocated, each motor follows its own.
+
+    ``measurement``, (4,): angles of the drums [rad], tensions [N]; ``reference``, (3 m + 2,): wanted place,
+    speed, acceleration, lead of either tension [N]. Changes ``state`` and writes the torques ``command`` (2,)
+    [N m]; space: ``along`` (2, m), ``work`` (3 m + 22,).
+    """
     machine = gains.machine
     m, interval = machine.mass.size, gains.interval
     q, v, d = state[:m], state[m : 2 * m], state[2 * m : 3 * m]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.control.load_schedule import ScheduledLaw, scheduled_step
-from cabledrive.control.transporter import OBSERVED, STATES, flat_motion, rigid_motion, scheduled_law, shaped
+from cabledrive.control.transporter import STATES, flat_motion, rigid_motion, scheduled_law, shaped
 from cabledrive.mechanics.compiled import njit
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
@@ -116,8 +116,6 @@ def run_transporter(loop: CarriageLoop, plant: Transporter, phases: Array, x: Ar
         for i in range(3):
             log[k, 9 + i] = tensions[i]
         log[k, 12] = force
-        for i in range(estimate.size):
-            log[k, 13 + i] = estimate[i]
         if min(tensions[0], tensions[1], tensions[2]) <= 0.0:
             return k
         for _ in range(loop.substeps):
@@ -127,16 +125,16 @@ def run_transporter(loop: CarriageLoop, plant: Transporter, phases: Array, x: Ar
     return reference.shape[0]
 
 
-CARRIAGE, PAYLOAD, TENSIONS, FORCE, ESTIMATE = 1, 8, 9, 12, 13
+CARRIAGE, PAYLOAD, TENSIONS, FORCE = 1, 8, 9, 12
 """Columns of a log; eight states come first, three tensions stand from `TENSIONS` on."""
 
 
 def run_carriage(loop: CarriageLoop, plant: Transporter, phases: Array) -> Array:
-    """Run a plant under the law; ``phases``, shape (2,) [counts]; returns the log, shape (samples, 23).
+    """Run a plant under the law; ``phases``, shape (2,) [counts]; returns the log, shape (samples, 13).
 
     It is shorter where a strand went slack or the carriage left its span.
     """
-    log = np.zeros((len(loop.reference), ESTIMATE + OBSERVED))
+    log = np.zeros((len(loop.reference), FORCE + 1))
     return log[: run_transporter(loop, plant, phases, np.zeros(8), log)]
 
 
@@ -219,7 +217,9 @@ LAWS = {
     "shaper": ("PD on the motor", "rigid, shaped"),
 }
 """Feedback and feedforward of each law."""
-PD_HZ, ORDER, POSITIONS, SUBSTEPS = 5.0, 13, 12, 5
+PD_HZ, POSITIONS, SUBSTEPS = 5.0, 12, 5
+ORDER = 13
+"""Lowest order of the rise: six derivatives enter the feedforward."""
 
 
 def move_carriage(

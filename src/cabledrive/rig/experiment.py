@@ -20,7 +20,7 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.setting import random_from, sample_interval
-from cabledrive.rig.virtual_rig import VirtualRig, rig_of, run_rig
+from cabledrive.rig.virtual_rig import VirtualRig, load_cell_force, rig_of, run_rig
 
 CHANNEL = "load_cell_force"
 SPEED_BANDWIDTH = 40.0
@@ -28,20 +28,18 @@ SPEED_BANDWIDTH = 40.0
 
 
 def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
-    """A log with the channel "load_cell_force", 2 T - 2 rho v^2 and noise, where the drive has a load cell.
+    """A log with the channel "load_cell_force", where the drive has a load cell.
 
-    What the load pulley adds to one span it takes from the other; v is the speed of the rim, of a log without
-    the load's angle zero.
+    What the load pulley adds to one span it takes from the other; a log without the load's angle has no speed
+    of the rim.
     """
-    noise = drive.sensors.load_cell_noise if drive.sensors else None
-    if noise is None or drive.kind != "loop":
+    if drive.sensors is None or drive.sensors.load_cell_noise is None or drive.kind != "loop":
         return log
-    pull = np.full(len(log), 2.0 * drive.cable.pretension)
+    pull, speed = np.full(len(log), 2.0 * drive.cable.pretension), np.zeros(len(log))
     if "load_angle" in log.channels:
         bandwidth = min(SPEED_BANDWIDTH, 0.2 * log.sample_rate)
         speed = difference(zero_phase(log.channel("load_angle"), log.interval, bandwidth), log.interval)
-        pull -= 2.0 * drive.cable.stretched_mass_per_length * (drive.load_pulley.radius * speed) ** 2
-    read = pull + noise * rng.normal(size=len(log))
+    read = load_cell_force(drive, pull, drive.load_pulley.radius * speed, rng)
     return replace(log, channels={**log.channels, CHANNEL: read}, units={**log.units, CHANNEL: "N"})
 
 

@@ -18,7 +18,7 @@ from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, cross_motion
 from cabledrive.reduction.two_motors import is_winched, winched_machine
-from cabledrive.rig import trial
+from cabledrive.rig import setting, trial
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import Loop, check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import OwnPlant
@@ -40,7 +40,7 @@ from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.rig.tuning import design
 from cabledrive.rig.winch_plan import design_tensions, plan_motion, way_of
-from cabledrive.rig.winch_run import TwoMotorTracking, forces_of, run_plant, run_samples
+from cabledrive.rig.winch_run import TwoMotorTracking, run_plant, run_samples
 from cabledrive.rig.winch_summary import CONTROLLER
 from cabledrive.rig.winch_summary import summarize as summarize_winches
 
@@ -123,7 +123,8 @@ def track(
     rng = random_from(seed)
     if isinstance(drive, RoutedDrive) and axis is None and is_winched(drive):
         others = {"plant": plant, "gains": gains, "adapt": adapt, "feedforward": feedforward}
-        _refuse_pulses(controller, motion, options or RigOptions(), others | {"repeat": repeat})
+        options = options or RigOptions()
+        _refuse_pulses(controller, motion, options, others | {"repeat": repeat})
         if isinstance(plant_drive, Drive):
             raise InputRefused("plant_drive has no winches: give the same machine with other figures")
         assert not isinstance(motion, Motion)
@@ -131,7 +132,9 @@ def track(
         tensions = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
         setup = plan_motion(machine, tensions, way_of(machine, motion.moves), motion)
         numbers = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
-        force = forces_of(setup, options.disturbances if options else ())
+        interval, samples = tensions.gains.interval, len(setup.table)
+        setting.check_runs(setup.trajectory.duration, interval, options, draws)
+        force = setting.stepped_in(options.disturbances, machine.names, interval, samples)
         ended = run_plant(setup, numbers, force, rng)
         drawn = run_samples(setup, draws, rng) if draws else None
         return summarize_winches(setup, numbers, ended, force, seed=seed, drawn=drawn)

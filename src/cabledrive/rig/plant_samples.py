@@ -1,6 +1,6 @@
 """Many plants at random within what is known of a drive, plain or disturbed, and a load that changes."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from itertools import product
@@ -20,7 +20,7 @@ from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair, in_steps
 from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
 from cabledrive.rig.laws.load_learning import SCHEDULED, announced, made_anew, run_indirect, told_otherwise
-from cabledrive.rig.setting import DEGREE, Payload, Spreads
+from cabledrive.rig.setting import DEGREE, Payload, Spreads, none
 
 CONFIDENCE = 0.95
 
@@ -34,16 +34,29 @@ def share_low(inside: int, runs: int) -> float:
     return float(beta.ppf(1.0 - CONFIDENCE, inside, runs - inside + 1))
 
 
-def error_kept(errors: Any, share: float) -> float | None:
-    """Error that this share of the runs keeps; None where runs that ended early, infinite, reach into it."""
-    with np.errstate(invalid="ignore"):
-        found = float(np.quantile(errors, share)) if np.size(errors) else inf
+def error_kept(errors: Sequence[float] | Array, share: float, runs: int | None = None) -> float | None:
+    """Error that a share of the runs kept below: that of one of them, no value between two.
+
+    Runs that ended early are infinite, or count in ``runs`` alone; None where they reach into the share.
+    """
+    needed = max(ceil(share * (len(errors) if runs is None else runs) - 1e-9), 1)
+    found = float(np.sort(errors)[needed - 1]) if needed <= len(errors) else inf
     return found if np.isfinite(found) else None
 
 
-def early_words(failed: int, runs: int) -> str:
-    """How many runs ended early; empty where none did."""
-    return f"{failed} of {runs} runs ended early" if failed else ""
+def error_words(errors: Sequence[float] | Array, shares: Mapping[str, float]) -> dict[str, Any]:
+    """Error that each share of the runs keeps, by its key; where there is none, how many ended early."""
+    words = dict[str, Any]()
+    for key, share in shares.items():
+        error = error_kept(errors, share)
+        words |= none(key, early_words(errors)) if error is None else {key: error}
+    return words
+
+
+def early_words(errors: Sequence[float] | Array) -> str:
+    """How many runs ended early, with infinite errors; empty where none did."""
+    failed = int(np.isinf(errors).sum())
+    return f"{failed} of {len(errors)} runs ended early" if failed else ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,13 +88,12 @@ class Draws:
 
     def quantile(self, share: float) -> float | None:
         """Error [deg] that this share of the runs keeps, see `error_kept`."""
-        found = error_kept(self.errors, share)
-        return None if found is None else found / DEGREE
+        return error_kept(self.errors / DEGREE, share)
 
     @property
     def early(self) -> str:
         """Why there may be no quantile; empty where every run lasted."""
-        return early_words(sum(self.failed), len(self.failed))
+        return early_words(self.errors)
 
     def rank(self, goal: float) -> tuple[float, float]:
         """Share of plants outside the goal [rad], then the largest error: smaller is better, no runs last."""
@@ -119,15 +131,11 @@ def sampled_chain(
     moved = 1.0 + np.reshape(widths, (-1, 3)) * generator.uniform(-1.0, 1.0, (len(widths), 3))
     links = moved.T * [chain.inertias[1:], chain.stiffness, chain.damping]
     inertias, stiffness, damping = (tuple(values) for values in links.tolist())
-    friction = chain.coulomb[1:]
-    if spreads.load_coulomb > 0.0 and chain.size > 1:
-        drawn = spreads.load_coulomb * chain.coulomb[0] * generator.random()
-        friction = (*friction[:-1], friction[-1] + drawn)
     return replace(
         chain,
         inertias=(inertia, *inertias),
         viscous=(viscous, *chain.viscous[1:]),
-        coulomb=(coulomb, *friction),
+        coulomb=(coulomb, *chain.coulomb[1:]),
         offsets=(offset, *chain.offsets[1:]),
         stiffness=stiffness,
         damping=damping,
@@ -151,12 +159,12 @@ def varied(chain: LumpedChain, place: int, stiff: float, damped: float, heavy: f
     return replace(chain, stiffness=tuple(stiffness), inertias=tuple(inertias), damping=tuple(damping))
 
 
-def sampled_loops(loop: Loop, draws: int, seed: int, spreads: Spreads | None = None) -> Iterator[Loop]:
+def sampled_loops(loop: Loop, draws: int, seed: int) -> Iterator[Loop]:
     """The same law and filter on one plant after another."""
     options = loop.spec.options
     random = options.encoder_phase == "random" and not options.ideal_sensors
     for generator in np.random.default_rng(seed).spawn(draws):
-        chain = sampled_chain(loop.chain, generator, spreads)
+        chain = sampled_chain(loop.chain, generator)
         phases = generator.uniform(-0.5, 0.5, len(loop.rig.phases))
         rig = loop.rig._replace(phases=phases) if random else loop.rig
         other = replace(with_plant(loop, chain), rig=rig)

@@ -188,8 +188,6 @@ class Spreads:
     joint_damping: float = 0.2
     joint_stiffness: float = 0.1
     drive_inertia: float = 0.05
-    # largest Coulomb friction of the load over that of the motor; uniform from zero
-    load_coulomb: float = 0.0
 
 
 def none(key: str, why: str) -> dict[str, Any]:
@@ -324,20 +322,7 @@ def check_run(
     if not isfinite(motion.angle):
         raise InputRefused(f"angle = {motion.angle:.4g} deg must be finite: give one in deg")
     interval, duration = sample_interval(drive), motion.trajectory.duration
-    check_record(duration, duration / interval)
-    most = min(MOST_DRAWS, int(MOST_DRAWN_SAMPLES / max(duration / interval, 1.0)))
-    if draws < 0:
-        raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
-    if draws > most:
-        raise InputRefused(f"draws = {draws} are more than the {most} that this motion allows: ask for fewer")
-    starts = [(f"disturbance on the {step.on}", step.start) for step in options.disturbances]
-    if options.blind is not None:
-        starts.append((f"dropout of the {options.blind[0]} encoder", options.blind[1]))
-    for what, start in starts:
-        if start >= duration:
-            raise InputRefused(
-                f"{what}: starts at {start:.4g} s, the motion ends at {duration:.4g} s: start earlier"
-            )
+    check_runs(duration, interval, options, draws)
     if options.jitter > MOST_JITTER * interval:
         said = f"jitter = {options.jitter:.4g} s is above {MOST_JITTER:g} of the sample time {interval:.4g} s"
         raise InputRefused(f"{said}: give at most {MOST_JITTER * interval:.4g} s")
@@ -351,6 +336,24 @@ def check_run(
             raise InputRefused(
                 f"segments = {options.segments} are more than the {most} per span that a motion of "
                 f"{duration:.4g} s allows: take fewer, or shorten the motion"
+            )
+
+
+def check_runs(duration: float, interval: float, options: RigOptions, draws: int = 0) -> None:
+    """The same of a motion [s] of load or body, by its sample time [s]."""
+    check_record(duration, duration / interval)
+    most = min(MOST_DRAWS, int(MOST_DRAWN_SAMPLES / max(duration / interval, 1.0)))
+    if draws < 0:
+        raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
+    if draws > most:
+        raise InputRefused(f"draws = {draws} are more than the {most} that this motion allows: ask for fewer")
+    starts = [(f"disturbance on {step.on}", step.start) for step in options.disturbances]
+    if options.blind is not None:
+        starts.append((f"dropout of the {options.blind[0]} encoder", options.blind[1]))
+    for what, start in starts:
+        if start >= duration:
+            raise InputRefused(
+                f"{what}: starts at {start:.4g} s, the motion ends at {duration:.4g} s: start earlier"
             )
 
 

@@ -20,6 +20,7 @@ from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.registry import NO_FILTER, pole_words
 from cabledrive.rig.setting import DEGREE
+from cabledrive.rig.virtual_rig import load_cell_force
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -224,10 +225,8 @@ def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
     columns = [tracking.time, tracking.torque, *tracking.encoder_angles.T, tracking.reference]
     noise = drive.sensors.load_cell_noise if drive is not None and drive.sensors else None
     if drive is not None and noise is not None and tracking.tensions is not None:
-        # A load cell at the load pulley says T1 + T2 - 2 rho v^2 and noise.
         generator = np.random.default_rng((tracking.summary["seed"], LOAD_CELL_SEED))
-        rim = drive.drive_pulley.radius * tracking.speeds[:, -1]
-        carried = drive.cable.stretched_mass_per_length * rim**2
-        pull = tracking.tensions.sum(axis=1) - 2.0 * carried + noise * generator.normal(size=len(rim))
-        head, columns = [*head, "load cell force [N]"], [*columns, pull]
+        rim, pull = drive.drive_pulley.radius * tracking.speeds[:, -1], tracking.tensions.sum(axis=1)
+        head = [*head, "load cell force [N]"]
+        columns = [*columns, load_cell_force(drive, pull, rim, generator)]
     return csv_text(head, columns)

@@ -24,11 +24,12 @@ from cabledrive.rig.plant_samples import (
     Draws,
     corners,
     disturbed_loops,
+    error_words,
     over,
     sampled_loops,
     standard_disturbances,
 )
-from cabledrive.rig.setting import DEGREE, Motion, RigOptions, none, sample_interval
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, within
 from cabledrive.rig.tuning import LawSetting, law_at, limit_words, ripple_limit, setting_of, tuned_loop
 from cabledrive.trajectories.limits import move_limits, peak_demand
@@ -69,11 +70,8 @@ def over_draws(loop: Loop, draws: int, seed: int) -> dict[str, Any]:
     """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
     learns = made_anew(loop.controller) and loop.spec.motion.pulses > 1
     found = replace(over(sampled_loops(loop, draws, seed)), learns=learns)
-    statistics = (("median_peak_error", 0.5), ("peak_error_99", 0.99), ("worst_peak_error", 1.0))
-    words: dict[str, Any] = {"draws": draws}
-    for name, share in statistics:
-        value, key = found.quantile(share), f"{name}_deg"
-        words |= none(key, found.early) if value is None else {key: value}
+    shares = {"median_peak_error_deg": 0.5, "peak_error_99_deg": 0.99, "worst_peak_error_deg": 1.0}
+    words = {"draws": draws} | error_words(found.errors / DEGREE, shares)
     words |= {
         "worst_first_pulse_error_deg": max(found.first_peak) / DEGREE,
         "worst_torque": max(found.peak_torque),

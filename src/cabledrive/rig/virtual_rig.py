@@ -134,6 +134,16 @@ def acting_torque(rig: VirtualRig, command: Array, rng: np.random.Generator, ove
     return np.asarray(filtered)
 
 
+def load_cell_force(drive: Drive, pull: Array, speed: Array, rng: np.random.Generator) -> Array:
+    """What the load cell of a loop's load pulley reads, shape (samples,) [N].
+
+    That is ``pull``, the sum of both spans' tensions, less 2 rho v^2 of the rim's ``speed``, and noise.
+    """
+    assert drive.sensors is not None
+    read = pull - 2.0 * drive.cable.stretched_mass_per_length * speed**2
+    return np.asarray(read + (drive.sensors.load_cell_noise or 0.0) * rng.normal(size=len(speed)))
+
+
 def rig_of(drive: Drive, model: int | None = None) -> VirtualRig:
     """The virtual rig of a drive: its reduced model with its sensors; 1 N m/V where it names no amplifier."""
     motor, sensors = drive.motor, drive.sensors

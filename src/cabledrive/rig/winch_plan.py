@@ -16,7 +16,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import posed
 from cabledrive.reduction.two_motors import TwoMotorMachine, TwoMotors, line_at
-from cabledrive.rig.setting import BodyMotion
+from cabledrive.rig.setting import BodyMotion, check_record
 from cabledrive.trajectories import Trajectory, pulse
 
 DELAY_SHARE = 0.17
@@ -41,6 +41,12 @@ class TensionDesign:
     floor: float  # least tension allowed [N]
     gust: float  # largest force on the body for which the floor is promised [N]
     margin: Array  # (2,): kept above the floor for it [N]
+    # of the machine: one count of the drums' encoders [rad], noise of the load cells [N], delay [s], rate of
+    # the slower torque loop [rad/s], 0: ideal
+    count: float
+    noise: float
+    delay: float
+    rate: float
 
 
 def design_tensions(
@@ -67,8 +73,8 @@ def design_tensions(
         )
     interval = 1.0 / sensors.sample_rate
     rates = [motor.current_bandwidth for motor in drive.motor if motor.current_bandwidth is not None]
-    lag = 1.0 / (2.0 * pi * min(rates)) if rates else 0.0  # of the slower torque loop
-    delay = 1.5 * interval + sensors.delay + lag
+    rate = 2.0 * pi * min(rates, default=0.0)
+    delay = 1.5 * interval + sensors.delay + (1.0 / rate if rates else 0.0)
     fastest = min(DELAY_SHARE / delay, LINE_SHARE * machine.left_out)
     position = POSITION_SHARE * fastest if bandwidth is None else 2.0 * pi * bandwidth
     if not 0.0 < position <= 2.0 * POSITION_SHARE * fastest:
@@ -103,7 +109,16 @@ def design_tensions(
         sliding=SLIDING / float(numbers.drum.max()),
         interval=interval,
     )
-    return TensionDesign(gains=gains, floor=floor, gust=gust, margin=margin)
+    return TensionDesign(
+        gains=gains,
+        floor=floor,
+        gust=gust,
+        margin=margin,
+        count=2.0 * pi / sensors.motor_encoder,
+        noise=sensors.load_cell_noise,
+        delay=sensors.delay,
+        rate=rate,
+    )
 
 
 ORDER = 9
@@ -159,6 +174,7 @@ def plan_motion(machine: TwoMotorMachine, design: TensionDesign, way: Array, mot
 
     def planned(rise: float) -> Setup:
         trajectory = pulse(1.0, rise, motion.dwell, pulses=motion.pulses, order=order)
+        check_record(trajectory.duration, trajectory.duration / design.gains.interval)
         return _plan(machine, design, way, trajectory)
 
     drive = machine.drive

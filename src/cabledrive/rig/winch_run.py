@@ -1,7 +1,7 @@
 """A body between two motors in closed loop, compiled; runs of one plant and of many."""
 
 from dataclasses import dataclass
-from math import ceil, exp, inf, pi
+from math import ceil, exp, inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,16 +14,14 @@ from cabledrive.control.tension_position import (
     first_state,
     place_answers,
     place_bound,
-    step,
     step_in_place,
 )
 from cabledrive.mechanics.compiled import njit
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
-from cabledrive.rig.plant_samples import early_words, error_kept, share_low
-from cabledrive.rig.setting import Disturbance, none, stepped_in
+from cabledrive.rig.closed_loop.chain_kernels import counted
+from cabledrive.rig.plant_samples import error_words, share_low
 from cabledrive.rig.winch_plan import Setup, held_tensions, lines_along
 
 # Columns of a record of m coordinates, in this order: place (m), tensions, torques, angles of the drums,
@@ -42,22 +40,34 @@ class RigNumbers(NamedTuple):
     noise: Array  # (samples, 2): of the load cells [N]
 
 
-class Body(NamedTuple):
+class Moving(NamedTuple):
     """What moves, and scratch: places and speeds, shape (m,), angles and speeds of the drums, shape (2,)."""
 
     q: Array
     v: Array
     angle: Array
     turn: Array
+    law: Array  # (3 m + 9,): state of the law
+    torque: Array  # (2,): of the motors [N m]
+    commands: Array  # (delay in whole samples + 2, 2): on their way, the newest last [N m]
     along: Array  # (2, m): directions of the lines
     tension: Array  # (2,): of the lines [N]
+
+
+def at_rest(machine: TwoMotors, law: Array, rig: RigNumbers, q: Array, angle: Array) -> Moving:
+    """The body at a place (m,) [m], the drums at angles (2,) [rad]; the motors hold the lines."""
+    commands, (turn, torque, tension) = np.zeros((rig.late // rig.substeps + 2, 2)), np.zeros((3, 2))
+    body = Moving(q, 0.0 * q, angle, turn, law, torque, commands, np.zeros((2, q.size)), tension)
+    pull_of(machine, body)
+    torque[:] = commands[:] = machine.drum * tension
+    return body
 
 
 @njit
 def close_loop(
     machine: TwoMotors,
     gains: TensionGains,
-    state: Array,
+    body: Moving,
     rig: RigNumbers,
     table: tuple[Array, Array],
     kept: tuple[Array, Array],
@@ -67,48 +77,38 @@ def close_loop(
     ``kept``: what happens, shape (samples, m + 9), and the least tension between samples as well, (2,) [N].
     """
     (reference, force), (record, least) = table, kept
-    m = machine.mass.size
-    q, angle, tension, torque = np.zeros(m), np.zeros(2), np.zeros(2), np.zeros(2)
-    body = Body(q, np.zeros(m), angle, np.zeros(2), np.zeros((2, m)), tension)
-    command, first, measurement = np.zeros(2), np.zeros(2), np.zeros(4)
-    whole, part = rig.late // rig.substeps, rig.late % rig.substeps
-    state, space, work = state.copy(), np.zeros((2, m)), np.zeros(3 * m + 22)
+    q, _, angle, _, law, torque, commands, _, tension = body
+    m, part, newest = q.size, rig.late % rig.substeps, len(commands) - 1
+    command, measurement, space, work = np.zeros(2), np.zeros(4), np.zeros((2, m)), np.zeros(3 * m + 22)
     pull_of(machine, body)
-    for i in range(2):  # at rest the motors hold the lines
-        torque[i] = machine.drum[i] * tension[i]
-        command[i] = first[i] = torque[i]
     for k in range(len(reference)):
         for i in range(2):
             measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
             measurement[2 + i] = tension[i] + rig.noise[k, i]
-        step_in_place(gains, state, measurement, reference[k], command, space, work)
+        step_in_place(gains, law, measurement, reference[k], command, space, work)
         for j in range(m):
             record[k, j] = q[j]
             if not abs(q[j]) < 1e6:
                 return k
         for i in range(2):
+            for older in range(newest):
+                commands[older, i] = commands[older + 1, i]
+            commands[newest, i] = command[i]
             record[k, m + i], record[k, m + 2 + i] = tension[i], command[i]
-            record[k, m + 4 + i], record[k, m + 7 + i] = angle[i], state[3 * m + 7 + i]
-        record[k, m + 6] = state[3 * m + 6]
+            record[k, m + 4 + i], record[k, m + 7 + i] = angle[i], law[3 * m + 7 + i]
+        record[k, m + 6] = law[3 * m + 6]
         for s in range(rig.substeps):
-            sent = k - whole if s >= part else k - whole - 1  # the sample whose command arrives
+            arrived = 1 if s >= part else 0
             for i in range(2):
-                wanted = record[sent, m + 2 + i] if sent >= 0 else first[i]
-                torque[i] = wanted + rig.lag * (torque[i] - wanted)
-            move(machine, body, gains.interval / rig.substeps, torque, force[k])
+                torque[i] = commands[arrived, i] + rig.lag * (torque[i] - commands[arrived, i])
+            move(machine, body, gains.interval / rig.substeps, force[k])
             for i in range(2):
                 least[i] = min(least[i], tension[i])
     return len(reference)
 
 
 @njit
-def counted(value: float, count: float, phase: float) -> float:
-    """Reading of an encoder, rounded to nearest from where it was switched on."""
-    return value if count == 0.0 else (np.rint(value / count + phase) - np.rint(phase)) * count
-
-
-@njit
-def pull_of(machine: TwoMotors, body: Body) -> None:
+def pull_of(machine: TwoMotors, body: Moving) -> None:
     """Write directions and tensions of both lines."""
     for i in range(2):
         length, free, _ = line_at(machine, i, body.q, body.along[i])
@@ -120,7 +120,7 @@ def pull_of(machine: TwoMotors, body: Body) -> None:
 
 
 @njit
-def move(m: TwoMotors, body: Body, h: float, torque: Array, force: Array) -> None:
+def move(m: TwoMotors, body: Moving, h: float, force: Array) -> None:
     """One internal step: speeds by the forces, friction set-valued, then places (symplectic)."""
     pull_of(m, body)
     along, tension, v, turn = body.along, body.tension, body.v, body.turn
@@ -129,7 +129,7 @@ def move(m: TwoMotors, body: Body, h: float, torque: Array, force: Array) -> Non
         v[j] = rubbed(v[j], total, m.mass[j], m.viscous[j], m.coulomb[j], h)
         body.q[j] += h * v[j]
     for i in range(2):
-        total = torque[i] - m.drum[i] * tension[i]
+        total = body.torque[i] - m.drum[i] * tension[i]
         turn[i] = rubbed(turn[i], total, m.inertia[i], m.turning_viscous[i], m.turning_coulomb[i], h)
         body.angle[i] += h * turn[i]
 
@@ -175,39 +175,26 @@ class PlantRun:
 
 def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Generator) -> PlantRun:
     """Run one plant, at rest at first, with encoder phases and cell noise drawn."""
-    gains, table, m = setup.design.gains, setup.table, actual.mass.size
+    design, gains, table, m = setup.design, setup.design.gains, setup.table, actual.mass.size
     # Steps that resolve the fastest motion of drums and body against the lines.
     reach = np.sqrt(((actual.anchor - actual.centre) ** 2).sum(axis=1)) + actual.fixed
     stiffness = actual.rigidity / reach
     fastest = np.sqrt(np.max(stiffness * (actual.drum**2 / actual.inertia + 1.0 / actual.mass.min())))
     per_second = max(1.0 / INTERNAL_STEP, STEPS_PER_RADIAN * float(fastest))
     substeps = int(max(1, ceil(gains.interval * per_second)))
-    sensors, motors = setup.machine.drive.sensors, setup.machine.drive.motor
-    assert sensors is not None  # the design has read it
-    rates = [motor.current_bandwidth for motor in motors if motor.current_bandwidth is not None]
     step = gains.interval / substeps
     rig = RigNumbers(
         substeps=substeps,
-        late=round(sensors.delay / step),
-        lag=exp(-2.0 * pi * min(rates) * step) if rates else 0.0,
-        counts=np.full(2, 2.0 * pi / (sensors.motor_encoder or np.inf)),
+        late=round(design.delay / step),
+        lag=exp(-design.rate * step) if design.rate else 0.0,
+        counts=np.full(2, design.count),
         phases=rng.uniform(-0.5, 0.5, 2),
-        noise=rng.normal(0.0, sensors.load_cell_noise or 0.0, (len(table), 2)),
+        noise=rng.normal(0.0, design.noise, (len(table), 2)),
     )
     record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
-    state = first_state(gains, setup.machine.tension)
-    ended = close_loop(actual, gains, state, rig, (table, force), (record, least))
+    start = at_rest(actual, first_state(gains, setup.machine.tension), rig, np.zeros(m), np.zeros(2))
+    ended = close_loop(actual, gains, start, rig, (table, force), (record, least))
     return PlantRun(record=record[:ended], least=least, rig=rig)
-
-
-def forces_of(setup: Setup, disturbances: tuple[Disturbance, ...]) -> Array:
-    """Forces on the body from each sample to the next, shape (samples, m) [N]."""
-    interval, samples = setup.design.gains.interval, len(setup.table)
-    for push in disturbances:
-        if push.start >= samples * interval:
-            said = f"disturbance on {push.on[:60]}: starts at {push.start:.4g} s"
-            raise InputRefused(f"{said}, the motion ends at {samples * interval:.4g} s: start earlier")
-    return stepped_in(disturbances, setup.machine.names, interval, samples)
 
 
 CHECKED_PLACES = 50
@@ -216,20 +203,18 @@ CHECKED_PLACES = 50
 
 def bound_of_place(setup: Setup) -> Array:
     """Bound of each coordinate along the way, for gusts as the tension is promised for, shape (m,) [m]."""
-    machine, gains, design = setup.machine, setup.design.gains, setup.design
-    numbers, sensors = machine.numbers, machine.drive.sensors
-    assert sensors is not None  # the design has read it
+    gains, design, numbers = setup.design.gains, setup.design, setup.machine.numbers
     m = numbers.mass.size
     places = np.ascontiguousarray(setup.table[:: max(1, len(setup.table) // CHECKED_PLACES), :m])
     along, _, free = lines_along(numbers, places)
     turns, pulls = np.abs(np.linalg.pinv(along)), np.abs(along)
-    stretch = (sensors.load_cell_noise or 0.0) * free / numbers.rigidity
-    rounded = np.pi / (sensors.motor_encoder or np.inf) * numbers.drum
+    stretch = design.noise * free / numbers.rigidity
+    rounded = 0.5 * design.count * numbers.drum
     unexpected = (design.gust + numbers.coulomb) / numbers.mass
     tension = np.einsum("kim,i->km", pulls, design.margin).max(axis=0) / numbers.mass
     counts = np.einsum("kmi,i->km", turns, rounded).max(axis=0)
     of_place = np.sqrt(np.einsum("kmi,ki->km", turns**2, stretch**2)).max(axis=0)
-    of_rate = (sensors.load_cell_noise or 0.0) * np.sqrt((pulls**2).sum(axis=1)).max(axis=0) / numbers.mass
+    of_rate = design.noise * np.sqrt((pulls**2).sum(axis=1)).max(axis=0) / numbers.mass
     answers = place_answers(gains.position, gains.filter, gains.observer)
     largest, noise = np.array([unexpected, tension, counts]), np.array([of_place, of_rate])
     return place_bound(answers, gains.interval, largest, noise)
@@ -237,19 +222,16 @@ def bound_of_place(setup: Setup) -> Array:
 
 def part_used(bound: Array, error: Array) -> float:
     """Largest part of the bound, shape (m,), that an error used, shape (samples, m); above 1: left."""
-    return float((np.abs(error).max(axis=0, initial=0.0) / bound).max())
+    return float((np.abs(error).max(axis=0) / bound).max())
 
 
 MASS, RIGIDITY, FRICTION = 0.1, 0.1, 0.5
 """Each true value is drawn evenly within this part of what is believed."""
 GUSTS = 3
-MOST_DRAWS = 100_000
 
 
 def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str, Any]:
     """Run drawn plants with gusts; how many kept every line tight, and the least share that this shows."""
-    if not 0 < draws <= MOST_DRAWS:
-        raise InputRefused(f"draws = {draws} must lie between 1 and {MOST_DRAWS}: ask for fewer")
     rows, bound, m = [], bound_of_place(setup), setup.machine.numbers.mass.size
     for _ in range(draws):
         done = run_plant(setup, drawn_plant(setup, rng), drawn_gusts(setup, rng), rng)
@@ -260,11 +242,9 @@ def run_samples(setup: Setup, draws: int, rng: np.random.Generator) -> dict[str,
             found = float(done.least.min()), away, part_used(bound, off)
         rows.append(found)
     least, errors, used = zip(*rows, strict=True)
-    kept, said = sum(value >= setup.design.floor for value in least), dict[str, Any]()
-    for name, part in (("median", 0.5), ("worst", 1.0)):
-        error, key = error_kept(errors, part), f"{name}_peak_error_mm"
-        said |= {key: 1e3 * error} if error is not None else none(key, early_words(errors.count(inf), draws))
-    return said | {
+    kept = sum(value >= setup.design.floor for value in least)
+    shares = {"median_peak_error_mm": 0.5, "worst_peak_error_mm": 1.0}
+    return error_words(1e3 * np.array(errors), shares) | {
         "draws": draws,
         "kept": kept,
         "share": kept / draws,
@@ -319,30 +299,27 @@ def loop_poles(
     along, length, free = lines_along(still, place[None])
     tension = held_tensions(gains.preferred, along, still.force[None])[0]
     angle = (still.unwound - length[0] + tension * free[0] / still.rigidity) / still.drum
-    state = first_state(gains, tension)
-    m = place.size
-    state[:m], state[3 * m + 4 : 3 * m + 6] = place, angle
-    reference = np.concatenate([place, np.zeros(2 * m + 2)])
-    whole, part = divmod(rig.late, rig.substeps)
-    holding = np.tile(still.drum * tension, whole + 2)  # torques, and those commanded before
-    rest = np.concatenate([place, np.zeros(m), angle, np.zeros(2), state[: 3 * m + 6], holding])
-    size = np.ones(rest.size)
-    size[5 * m + 4 : 5 * m + 8], size[-holding.size :] = tension.max(), np.abs(holding).max()
+    m, law = place.size, first_state(gains, tension)
+    law[:m], law[3 * m + 4 : 3 * m + 6] = place, angle
+    table = np.concatenate([place, np.zeros(2 * m + 2)])[None], np.zeros((1, m))
+    exact = rig._replace(counts=np.zeros(2), noise=np.zeros((1, 2)))
+
+    def state_of(one: Moving) -> Array:  # without what the next sample does not read
+        return np.concatenate([*one[:4], one.law[: 3 * m + 6], one.torque, one.commands[:0:-1].ravel()])
 
     def following(x: Array) -> Array:
         """The loop one sample later."""
-        q, v, turned, turn = (part.copy() for part in np.split(x[: 2 * m + 4], [m, 2 * m, 2 * m + 2]))
-        body, own = Body(q, v, turned, turn, np.zeros((2, m)), np.zeros(2)), state.copy()
-        own[: 3 * m + 6] = x[2 * m + 4 : -holding.size]
-        torque, *past = x[-holding.size :].reshape(-1, 2)
-        pull_of(still, body)
-        own, command = step(believed, own, np.concatenate([body.angle, body.tension]), reference)
-        for s in range(rig.substeps):
-            wanted = (command, *past)[whole if s >= part else whole + 1]
-            torque = wanted + rig.lag * (torque - wanted)
-            move(still, body, gains.interval / rig.substeps, torque, np.zeros(m))
-        return np.concatenate([q, v, turned, turn, own[: 3 * m + 6], torque, command, *past[:whole]])
+        q, v, angle, turn, own, torque, past = np.split(x.copy(), cuts)
+        one = held._replace(q=q, v=v, angle=angle, turn=turn, law=law.copy(), torque=torque)
+        one.law[: 3 * m + 6], one.commands[:0:-1] = own, past.reshape(-1, 2)
+        close_loop(still, believed, one, exact, table, (np.zeros((1, m + COLUMNS)), np.zeros(2)))
+        return state_of(one)
 
+    held = at_rest(still, law, exact, place, angle)
+    rest = state_of(held)
+    cuts = np.cumsum([m, m, 2, 2, 3 * m + 6, 2])
+    size = np.ones(rest.size)
+    size[5 * m + 4 : 5 * m + 8], size[cuts[4] :] = tension.max(), np.abs(rest[cuts[4] :]).max()
     columns = [
         (following(rest + h) - following(rest - h)) / (2.0 * DIFFERENCE) for h in DIFFERENCE * np.diag(size)
     ]

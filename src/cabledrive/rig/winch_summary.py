@@ -4,7 +4,6 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED, TwoMotors
@@ -28,8 +27,6 @@ ALWAYS = (
 )
 
 
-Flags = NDArray[np.bool_]
-
 CONTROLLER = "tension-position"
 _AT_LIMIT, _AT_ONE = 1.0 - 1e-9, 1e-12
 PLACES = 8
@@ -43,16 +40,17 @@ def summarize(
 ) -> TwoMotorTracking:
     """Put a run of ``actual`` into words and arrays; ``force``, shape (samples, m): on the body [N]."""
     gains, design, machine = setup.design.gains, setup.design, setup.machine
-    m, record, samples = len(machine.names), done.record, len(setup.table)
+    m, record = len(machine.names), done.record
     wanted = setup.table[: len(record), :m]
     error = record[:, :m] - wanted
-    size = np.sqrt((error**2).sum(axis=1)) if len(record) else np.zeros(1)
+    square, largest = (error**2).sum(axis=1), np.abs(error).max(axis=0)
     tension, torque, limit = record[:, m : m + 2], record[:, m + 2 : m + 4], machine.numbers.limit
-    saturated: Flags = np.any(np.abs(torque) >= _AT_LIMIT * limit, axis=1)
-    share = float(np.mean(record[:, m + 6] > 0.0)) if len(record) else 0.0  # where tensions were reshaped
-    finite = len(record) == samples
+    peaks = np.abs(torque).max(axis=0)
+    # Of the samples: with a torque at its limit, with tensions that were reshaped.
+    full = float(np.mean(np.any(np.abs(torque) >= _AT_LIMIT * limit, axis=1)))
+    share = float(np.mean(record[:, m + 6] > 0.0))
     least = [float(value) if np.isfinite(value) else None for value in done.least]
-    kept = finite and bool((done.least >= design.floor).all())
+    kept = len(record) == len(setup.table) and bool((done.least >= design.floor).all())
     move = setup.trajectory.moves[0]
     summary: dict[str, Any] = {
         "controller": CONTROLLER,
@@ -63,11 +61,9 @@ def summarize(
             "tension_hz": gains.tension / (2.0 * pi),
             "observer_hz": gains.observer / (2.0 * pi),
         },
-        "peak_error_mm": 1e3 * float(size.max()),
-        "rms_error_mm": 1e3 * float(np.sqrt((size**2).mean())),
-        "error_mm": {
-            name: 1e3 * float(np.abs(error[:, j]).max(initial=0.0)) for j, name in enumerate(machine.names)
-        },
+        "peak_error_mm": 1e3 * float(np.sqrt(square.max())),
+        "rms_error_mm": 1e3 * float(np.sqrt(square.mean())),
+        "error_mm": dict(zip(machine.names, (1e3 * largest).tolist(), strict=True)),
         **none("peak_error_deg", "the body slides: see peak_error_mm"),
         **none("rms_error_deg", "the body slides: see rms_error_mm"),
         **none("estimates_within_bounds", "the law has no estimates with bounds"),
@@ -79,7 +75,7 @@ def summarize(
                 "name": machine.lines[i],
                 "spans": list(machine.spans[i]),
                 "least_tension": least[i],
-                "largest_tension": float(tension[:, i].max(initial=0.0)),
+                "largest_tension": float(tension[:, i].max()),
                 "at_rest": float(machine.tension[i]),
                 "least_allowed": design.floor,
                 "margin": float(design.margin[i]),
@@ -89,15 +85,15 @@ def summarize(
         "motors": [
             {
                 "name": machine.motors[i],
-                "peak_torque": float(np.abs(torque[:, i]).max(initial=0.0)),
-                "rms_torque": float(np.sqrt((torque[:, i] ** 2).mean())) if len(record) else None,
+                "peak_torque": float(peaks[i]),
+                "rms_torque": float(np.sqrt((torque[:, i] ** 2).mean())),
                 "torque_limit": float(limit[i]),
             }
             for i in range(2)
         ],
-        "peak_torque": float(np.abs(torque).max(initial=0.0)),
-        "saturated_fraction": float(saturated.mean()) if len(record) else None,
-        "reshaped_fraction": share if len(record) else None,
+        "peak_torque": float(peaks.max()),
+        "saturated_fraction": full,
+        "reshaped_fraction": share,
         "gust": design.gust,
         "motion": {
             "way": {
@@ -117,7 +113,7 @@ def summarize(
     poles = np.concatenate([loop_poles(machine.numbers, gains, place, done.rig) for place in places])
     poles = poles[np.abs(poles) > _AT_ONE]
     summary["least_damping"] = damping = float((-poles.real / np.abs(poles)).min())
-    broken = _broken(setup, force, saturated)
+    broken = _broken(setup, force, full)
     if damping <= 0.0:
         broken.append("the linearised loop is unstable on the way: lower the bandwidth")
     summary |= none("theory_bound_deg", "the body slides: see position_bound_mm")
@@ -160,10 +156,9 @@ def summarize(
     )
 
 
-def _broken(setup: Setup, force: Array, saturated: Flags) -> list[str]:
+def _broken(setup: Setup, force: Array, full: float) -> list[str]:
     """What the promise of the floor supposes and this run did not have."""
-    design, machine, found = setup.design, setup.machine, []
-    used = setup.used
+    design, machine, used, found = setup.design, setup.machine, setup.used, []
     if used > 1.0:
         low = setup.tension.min(axis=0)
         i = int(np.argmin(low - design.gains.low))
@@ -174,11 +169,11 @@ def _broken(setup: Setup, force: Array, saturated: Flags) -> list[str]:
     gust = float(np.sqrt((force**2).sum(axis=1)).max(initial=0.0))
     if gust > design.gust * (1.0 + 1e-9):
         found.append(f"a force of {gust:.4g} N acts on the body, the promise is for {design.gust:.4g} N")
-    if saturated.any():
+    if full > 0.0:
         beyond = np.abs(setup.torque).max(axis=0) > machine.numbers.limit
         names = " and ".join(name for name, so in zip(machine.motors, beyond, strict=True) if so)
         asked = f" (the motion itself asks {names} for more)" if names else ""
-        found.append(f"the torque is at its limit at {saturated.mean():.2%} of the samples{asked}")
+        found.append(f"the torque is at its limit at {full:.2%} of the samples{asked}")
     return found
 
 

@@ -75,15 +75,17 @@ class LoopState(NamedTuple):
     summary: Array
 
 
+@njit_part
+def counted(value: float, count: float, phase: float) -> float:
+    """What an encoder reads: whole counts from where it was switched on; without a count the value itself."""
+    return count * np.rint(value / count + phase) if count > 0.0 else value
+
+
 @njit_in_place
 def read_encoders(rig: RigNumbers, angles: Array, sample: int, readings: Array) -> None:
     """Angles in whole counts, each encoder with its own phase; NaN from one that drops out."""
     for j in range(readings.size):
-        angle = angles[rig.encoders[j]]
-        if rig.counts[j] > 0.0:
-            readings[j] = rig.counts[j] * np.rint(angle / rig.counts[j] + rig.phases[j])
-        else:
-            readings[j] = angle
+        readings[j] = counted(angles[rig.encoders[j]], rig.counts[j], rig.phases[j])
     if rig.dropout[0] >= 0 and rig.dropout[1] <= sample <= rig.dropout[2]:
         readings[rig.dropout[0]] = nan
 

@@ -31,6 +31,7 @@ from cabledrive.rig.closed_loop.chain_kernels import (
     Integers,
     LoopState,
     RigNumbers,
+    counted,
     farthest,
     finish_sample,
     move,
@@ -63,8 +64,8 @@ def sense_pair(pair: PairNumbers, rig: RigNumbers, s: LoopState) -> float:
     if not isfinite(s.readings[0]):
         return s.readings[0]
     if count > 0.0:
-        first = count * np.rint((s.work[0] + pressed) / count + rig.phases[0])
-        second = count * np.rint((s.work[0] - pressed) / count + pair.phase)
+        first = counted(s.work[0] + pressed, count, rig.phases[0])
+        second = counted(s.work[0] - pressed, count, pair.phase)
         s.readings[0], pressed = 0.5 * (first + second), 0.5 * (first - second)
     # Counted from where the preload was: what friction held there is not known.
     return pressed + pair.law.preload / pair.law.stiffness

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from math import ceil
 
 import numpy as np
 
-from cabledrive.rig.plant_samples import CONFIDENCE, share_low
+from cabledrive.rig.plant_samples import CONFIDENCE, error_kept, share_low
 from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.study.goals import goal_of
 from cabledrive.studies.study.machine import Quantity
@@ -113,8 +112,7 @@ class AcceptanceResult:
 
     def quantile(self, share: float, *, rest: bool = False) -> float | None:
         """Error that a share of all runs kept below [rad] or [m]; None where too many ended early."""
-        lasting, needed = self.rests if rest else self.peaks, max(ceil(share * self.draws - 1e-9), 1)
-        return lasting[needed - 1] if needed <= len(lasting) else None
+        return error_kept(self.rests if rest else self.peaks, share, self.draws)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

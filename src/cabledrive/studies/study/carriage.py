@@ -26,7 +26,7 @@ from cabledrive.reduction.transporter import (
     frozen_frequencies,
     transporter_of,
 )
-from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, CarriageLoop
+from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, POSITIONS, SUBSTEPS, CarriageLoop
 from cabledrive.rig.setting import DEGREE, current_rate, sample_interval, torque_limit
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.knowledge_stage import Knowledge, with_load
@@ -57,8 +57,6 @@ LATE = 0.05
 """Largest delay with the torque loop's lag, over the shortest period of the carriage on its cable."""
 MARGIN = 0.02
 """Nearest to a pulley that the carriage may come, over the span's length."""
-ORDER = 13
-"""Lowest order of the rise: six derivatives enter the feedforward."""
 GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
 """Where nothing hangs: a grain, over the carriage's mass, its damping ratio, and the gravity it needs."""
 
@@ -175,9 +173,9 @@ def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
     )
 
 
-POSITIONS, LOOKED_AT = 12, 9
-FINE, LEAST_SUBSTEPS = 0.3, 5
-"""Largest angle of the fastest mode in an internal step [rad], and the fewest steps in a sample."""
+LOOKED_AT = 9
+FINE = 0.3
+"""Largest angle of the fastest mode in an internal step [rad]; a sample has `SUBSTEPS` and more."""
 STILL = 1e-9
 """Speed below which the carriage is to stand, over the largest."""
 
@@ -208,7 +206,7 @@ class CarriageCase:
         self.limit = limit / self.design.radius
         self.ends = (self.design.start, self.design.start + goals.travel)  # of the way [m]
         fastest = 1.2 * max(float(frozen_frequencies(self.design, x).max()) for x in self.ends)
-        self.substeps = max(LEAST_SUBSTEPS, ceil(fastest * self.interval / FINE))
+        self.substeps = max(SUBSTEPS, ceil(fastest * self.interval / FINE))
         self.places: Array = np.linspace(*self.ends, LOOKED_AT)  # where poles are looked at [m]
 
     @property

@@ -16,9 +16,10 @@ from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.rig.carriage import ORDER
 from cabledrive.rig.laws.controllers import SHAFTS
 from cabledrive.rig.setting import DEGREE, Motion
-from cabledrive.studies.study.carriage import MARGIN, ORDER, missing_for_carriage
+from cabledrive.studies.study.carriage import MARGIN, missing_for_carriage
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import Demand, DemandResult, values_of
 from cabledrive.studies.study.modes_stage import motion_torque
