@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from cabledrive.rig import Tracking, TwoMotorTracking
 
 METHOD = "exact geometry of two lines that only pull, symplectic steps, set-valued friction"
+OF_TRACK = ("controller", "least_tension", "gust", "bandwidth", "seed", "draws")
 NOT_HERE = (
     *("gains", "feedforward", "plant", "angle", "observer", "feedback", "encoder_phase", "ideal_sensors"),
     *("smooth_friction", "no_adaptation", "tension_only", "as_printed", "segments", "jitter", "blind"),
@@ -29,16 +30,9 @@ NOT_HERE = (
 def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: dict[str, Any]) -> Answer:
     """Run the law of two motors on two winches, with those options of `track` that have an effect here."""
     from cabledrive.rig import BodyMotion, RigOptions, TwoMotorTracking, track
-    from cabledrive.rig.front_door import NAMED
     from cabledrive.rig.setting import parse_disturbance
-    from cabledrive.rig.winch_summary import CONTROLLER
 
     refuse_given(*NOT_HERE, why="is for pulses of a load pulley: two winches move a body, see --move")
-    if spec["controller"] not in NAMED:
-        raise InputRefused(
-            f'--controller "{spec["controller"][:60]}" moves a load by one motor: a body between two '
-            f"winches has {CONTROLLER}, leave it out"
-        )
     given = click.get_current_context().params
     actual: Any = None
     if plant_settings:
@@ -52,7 +46,7 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
             **{name: spec[name] for name in ("dwell", "pulses", "order")},
         ),
         options=RigOptions(disturbances=tuple(map(parse_disturbance, spec["disturbances"]))),
-        **{name: spec[name] for name in ("least_tension", "gust", "bandwidth", "seed", "draws")},
+        **{name: spec[name] for name in OF_TRACK},
         plant_drive=actual,
     )
     assert isinstance(found, TwoMotorTracking)  # the drive has two winches

@@ -212,15 +212,11 @@ def track(
     return found
 
 
-NAMED = (None, CONTROLLER, "best")
-"""Names of the one law that moves a body between two winches."""
-
-
 def _refuse_pulses(
     controller: Any, motion: Motion | BodyMotion | None, options: RigOptions, others: dict[str, Any]
 ) -> None:
     """Refuse what is asked of two winches and is for pulses of a load pulley."""
-    if controller not in NAMED:
+    if controller not in (None, CONTROLLER, "best"):  # names of the one law of two winches
         said = f'controller = "{str(controller)[:60]}" moves a load by one motor'
         raise InputRefused(f"{said}: a body between two winches has {CONTROLLER}: leave it out")
     if isinstance(motion, Motion):

@@ -107,8 +107,7 @@ class AcceptanceResult:
             return None
         misses = misses_allowed(self.draws, ENOUGH[self.plant])
         shown = ENOUGH[self.plant] if misses >= 0 else share_low(self.draws, self.draws)
-        place = self.draws - max(misses, 0) - 1
-        return ReachedError(error=self.peaks[place] if place < len(self.peaks) else None, share=shown)
+        return ReachedError(error=self.quantile(1.0 - max(misses, 0) / self.draws), share=shown)
 
     def quantile(self, share: float, *, rest: bool = False) -> float | None:
         """Error that a share of all runs kept below [rad] or [m]; None where too many ended early."""
