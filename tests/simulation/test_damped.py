@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from kernel_cases import setting, taken
 
 import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, dampers
@@ -39,3 +40,14 @@ def test_slopes_of_a_hundredth_hardly_change_the_dampers(shape, most, damping, m
     assert max(errors) < most, errors
     assert max(errors) > 0.0, "one and the same was computed twice"
     assert ours.energy_budget_error == pytest.approx(theirs.energy_budget_error, rel=1e-3)
+
+
+def test_a_run_goes_on_from_its_state_alone():
+    """To the bit, with a work space of its own for each part: nothing is remembered from step to step."""
+    plan, start, torque, forces = setting("everything")
+    whole = taken("verlet", plan, start, torque, forces, 6)[1]
+    half = len(torque) // 2
+    first = taken("verlet", plan, start, torque[:half], forces[:half], 6)[1]
+    parts = taken("verlet", plan, first, torque[half:], forces[half:], 6)[1]
+    for name in ("x", "x_t", "q", "q_t", "tallies"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name), err_msg=name)

@@ -174,16 +174,16 @@ def turn_damped(plan: Plan, state: State, torque: Array, work: Workspace) -> Non
     """New speeds of the coordinates, and what the ends of the pieces add to the rates of their segments.
 
     The matrix of the coordinates holds the answers of straight ropes. What true directions change of them is
-    a small force by what the speeds gain, tried from what they gained in the step before until it stays.
+    a small force by what the speeds gain, tried until it stays.
     """
-    gained, base, tried, force, n = work.trial[0], work.trial[1], work.trial[2], work.force, state.q.size
+    base, tried, force, n = work.trial[0], work.trial[1], work.force, state.q.size
     for piece in range(plan.nodes.shape[0]):
         span = plan.nodes[piece, 0], plan.nodes[piece, 1]
         work.ends[piece, 0], work.ends[piece, 1] = end_tensions(plan.damper, span, work.damp[RATE])
     end_pulls(plan, work.p, work)
     gather(plan, state.q, torque, work)
     for i in range(n):
-        base[i], tried[i], work.new[i] = force[i], np.inf, state.q_t[i] + gained[i]
+        base[i], tried[i], work.new[i] = force[i], np.inf, state.q_t[i]
     for _ in range(MOST_TRIALS):
         for i in range(n):
             force[i] = 0.0
@@ -198,8 +198,6 @@ def turn_damped(plan: Plan, state: State, torque: Array, work: Workspace) -> Non
         if change <= SETTLED * size:
             break
         turn(plan, state.q_t, plan.inverse, plan.rub_mobility, plan.rub_own, work)
-    for i in range(n):
-        gained[i] = work.new[i] - state.q_t[i]
 
 
 @njit_inner

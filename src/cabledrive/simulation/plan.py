@@ -190,7 +190,7 @@ class Workspace(NamedTuple):
     damp: Array  # (6, segments): damping tensions and pivots; of a record, tension and energy per length
     pull: Array  # (pieces, 2, 3): components beside both ends of each piece
     force: Array  # (n,): on the coordinates
-    trial: Array  # (3, n): of these, without and with the components beyond the linear law, or of dampers
+    trial: Array  # (2, n): of these, without and with the components beyond the linear law, or of dampers
     right: Array  # (n,)
     new: Array  # (n,): speeds after the step
     friction: Array  # (frictions,)
@@ -384,7 +384,7 @@ def new_workspace(plan: Plan) -> Workspace:
     segments, tallies = (3, nodes - 1), (2, TALLIES)
     shapes: tuple[tuple[int, ...], ...] = ((2, 3, nodes), (2, n), tallies, segments, segments)
     shapes += ((3, nodes), (3, nodes), (3, nodes), segments, (6, nodes - 1), (pieces, 2, 3))
-    shapes += ((n,), (3, n), (n,), (n,), (k,), (k,), (n, n), (n, n), (n, k), (k,), (pieces, 6), tallies)
+    shapes += ((n,), (2, n), (n,), (n,), (k,), (k,), (n, n), (n, n), (n, k), (k,), (pieces, 6), tallies)
     shapes += ((3, 3, plan.stop.size),)
     return Workspace(*(np.zeros(shape) for shape in shapes))
 
