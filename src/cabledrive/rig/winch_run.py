@@ -101,7 +101,7 @@ def close_loop(
             arrived = 1 if s >= part else 0
             for i in range(2):
                 torque[i] = commands[arrived, i] + rig.lag * (torque[i] - commands[arrived, i])
-            move(machine, body, gains.interval / rig.substeps, force[k])
+            move(machine, body, gains.interval / rig.substeps, torque, force[k])
             for i in range(2):
                 least[i] = min(least[i], tension[i])
     return len(reference)
@@ -120,7 +120,7 @@ def pull_of(machine: TwoMotors, body: Moving) -> None:
 
 
 @njit
-def move(m: TwoMotors, body: Moving, h: float, force: Array) -> None:
+def move(m: TwoMotors, body: Moving, h: float, torque: Array, force: Array) -> None:
     """One internal step: speeds by the forces, friction set-valued, then places (symplectic)."""
     pull_of(m, body)
     along, tension, v, turn = body.along, body.tension, body.v, body.turn
@@ -129,7 +129,7 @@ def move(m: TwoMotors, body: Moving, h: float, force: Array) -> None:
         v[j] = rubbed(v[j], total, m.mass[j], m.viscous[j], m.coulomb[j], h)
         body.q[j] += h * v[j]
     for i in range(2):
-        total = body.torque[i] - m.drum[i] * tension[i]
+        total = torque[i] - m.drum[i] * tension[i]
         turn[i] = rubbed(turn[i], total, m.inertia[i], m.turning_viscous[i], m.turning_coulomb[i], h)
         body.angle[i] += h * turn[i]
 
