@@ -43,12 +43,21 @@ GAINS = tension_position.TensionGains(
 )
 
 
+def torque_of(state, measurement, reference):
+    """Torques of a sample; the state goes on."""
+    torque = np.zeros(2)
+    tension_position.step_in_place(
+        GAINS, state, measurement, reference, torque, np.zeros((2, 1)), np.zeros(25)
+    )
+    return torque
+
+
 @pytest.mark.kernel("cabledrive.control.tension_position")
 def test_at_rest_each_motor_holds_its_line():
     state = tension_position.first_state(GAINS, REST)
-    following, torque = tension_position.step(GAINS, state, np.array([0.0, 0.0, *REST]), np.zeros(5))
+    torque = torque_of(state, np.array([0.0, 0.0, *REST]), np.zeros(5))
     np.testing.assert_allclose(torque, PAIR.drum * REST, rtol=1e-12)
-    np.testing.assert_allclose(following, state, atol=1e-9)
+    np.testing.assert_allclose(state, tension_position.first_state(GAINS, REST), atol=1e-9)
 
 
 @pytest.mark.kernel("cabledrive.control.tension_position")
@@ -58,9 +67,7 @@ def test_no_measurement_and_no_reference_takes_the_wanted_tension_outside_its_li
     reshaped = 0.0
     for _ in range(300):
         wild = np.concatenate([rng.normal(0.0, 0.5, 2), rng.normal(100.0, 300.0, 2)])
-        state, torque = tension_position.step(
-            GAINS, state, wild, rng.normal(0.0, [0.1, 1.0, 50.0, 100.0, 100.0])
-        )
+        torque = torque_of(state, wild, rng.normal(0.0, [0.1, 1.0, 50.0, 100.0, 100.0]))
         lags, asked = state[3:7], state[10:12]
         inside = np.concatenate([lags, asked])
         assert np.abs(inside - 165.0).max() <= 135.0 + 1e-9, inside
