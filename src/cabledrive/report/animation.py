@@ -54,8 +54,8 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
         still.line(*span.points, colour="line", dashes="4 4")
     ends = drawn.spans[0].points[[0, -1]]
     scale = pixels * drive.pulley_distance / float(np.linalg.norm(ends[1] - ends[0]))
-    slower = SECONDS_PER_FRAME / float(time[1] - time[0])
-    words = f"w × {number(scale, 2)}, angles × {number(larger, 2)}, {number(slower, 2)} times slower"
+    speed = float(time[1] - time[0]) / SECONDS_PER_FRAME
+    words = f"w × {number(scale, 2)}, angles × {number(larger, 2)}, at {number(speed, 2)} times its speed"
 
     def draw(one: Sheet, frame: int) -> str:
         _spokes(one, drawn, larger * turns[frame])
@@ -168,8 +168,10 @@ def controlled_film(drive: Drive, run: Tracking) -> str:
     low, high = float(tensions.min()), float(tensions.max())
     still = Sheet()
     drawn = draw_machine(still, drive)
-    slower = SECONDS_PER_FRAME * shown.size / float(run.time[-1] - run.time[0])
-    words = f"tension {quantity(low, 'N', 4)} to {quantity(high, 'N', 4)}, {number(slower, 2)} times slower"
+    speed = float(run.time[-1] - run.time[0]) / (SECONDS_PER_FRAME * shown.size)
+    words = (
+        f"tension {quantity(low, 'N', 4)} to {quantity(high, 'N', 4)}, at {number(speed, 2)} times its speed"
+    )
 
     def draw(one: Sheet, sample: int) -> str:
         for row, span in enumerate(drawn.spans):

@@ -34,7 +34,7 @@ from cabledrive.report.figures.followed import measured_picture
 from cabledrive.report.page import page_of
 from cabledrive.report.typesetting import number, unit_name
 
-LONGEST_WINDOW = 2.0
+LONGEST_WINDOW, END = 2.0, 0.25  # s; derivatives at the ends of a log are of one side
 MOST_BYTES = 2**30
 """Of a log whose content hash is stated."""
 
@@ -122,7 +122,7 @@ def _response(
     return Figure(
         name="log-response",
         alt="Magnitude and phase from torque to speed with their band, and the identified model.",
-        caption=f"As Fig. 4.17: from torque to speed, windows of {number(window, 3)} s. Valid only at the "
+        caption=f"From torque to speed, windows of {number(window, 3)} s. Valid only at the "
         "frequencies excited in the log, where the band is narrow.",
         drawing=measured_picture("log-response", shown, model, unit),
     )
@@ -130,11 +130,12 @@ def _response(
 
 def _regressors_plot(log: Log, torque: str, curves: tuple[Array, Array, Array]) -> Plot:
     """Acceleration, speed and friction regressor, filtered and not; torque and modelling error."""
-    unfiltered, filtered, error = curves
-    linear, measured = log.units[torque] == "N", log.channel(torque)
+    inner = slice(round(END / log.interval), -round(END / log.interval))
+    unfiltered, filtered, error = (own[..., inner] for own in curves)
+    linear, measured = log.units[torque] == "N", log.channel(torque)[inner]
     share = float(np.sqrt(np.mean(error**2) / np.mean(measured**2)))
     length = "m" if linear else "rad"
-    rows = (("Acceleration", f"{length}/s^2"), ("Speed", f"{length}/s"), ("Friction regressor", "1"))
+    rows = (("Acceleration", f"{length}/s²"), ("Speed", f"{length}/s"), ("Friction regressor", "1"))
     panels = [
         Panel(title, unit, (Series("unfiltered", unfiltered[k], "quiet"), Series("filtered", filtered[k])))
         for k, (title, unit) in enumerate(rows)
@@ -143,10 +144,10 @@ def _regressors_plot(log: Log, torque: str, curves: tuple[Array, Array, Array]) 
     panels.append(Panel("Force" if linear else "Torque", log.units[torque], pushed))
     return time_plot(
         "log-regressors",
-        log.time,
+        log.time[inner],
         panels,
         alt="Acceleration, speed and friction regressor over time, filtered and unfiltered; below, "
         "the measured torque and the modelling error.",
-        caption="As Figs. 4.7 to 4.16. Filtered: causal, 20 Hz. The modelling error is "
-        f"{number(100 * share, 3)} % of the torque over the whole log.",
+        caption="Filtered: causal, 20 Hz. The modelling error is "
+        f"{number(100 * share, 3)} % of the torque, {END:g} s at both ends left out.",
     )

@@ -19,19 +19,8 @@ from cabledrive.parameters.units import to_si
 
 LEFT_OUT = {"schema", "name", "kind", "title", "source"}
 """Of the head of a file: what the text alone changes."""
-TITLES = {
-    "cable": "Cable",
-    "layout": "Layout",
-    "pulley": "Pulley",
-    "carriage": "Carriage",
-    "motor": "Motor",
-    "lumped": "Measured, lumped",
-    "sensors": "Sensors",
-    "goal": "Goal",
-    "body": "Body",
-    "anchor": "Anchor",
-    "route": "Route",
-}
+TITLES = {"lumped": "Measured, lumped"}
+"""Of tables that are not called by their key."""
 POSITION = "Bodies, with all that they carry."
 OF_TWO = ("Drive pulley", "Load pulley")
 _UNIT = re.compile(r"^(.*?)\s*\[([^\]]+)\]$", re.DOTALL)
@@ -121,15 +110,15 @@ def _groups(name: str, part: Mapping[str, Any], table: Any, made: Mapping[str, s
         for number, row in enumerate(table if isinstance(table, list) else []):
             yield _group(f"{name}.{number}", _named(name, number, row), items, row, made)
         return
-    yield _group(name, TITLES.get(name, name), part, table, made)
+    yield _group(name, TITLES.get(name, name.capitalize()), part, table, made)
 
 
 def _named(name: str, number: int, row: Any) -> str:
     if isinstance(row, dict) and isinstance(row.get("name"), str) and row["name"]:
-        return f"{TITLES.get(name, name)} {row['name']}"
+        return f"{TITLES.get(name, name.capitalize())} {row['name']}"
     if name == "pulley" and number < len(OF_TWO):
         return OF_TWO[number]
-    return f"{TITLES.get(name, name)} {number}"
+    return f"{TITLES.get(name, name.capitalize())} {number}"
 
 
 def _group(place: str, title: str, part: Mapping[str, Any], table: Any, made: Mapping[str, str]) -> Group:

@@ -1,5 +1,6 @@
 """Chapters "Modes and models" and "Internal resonance" of a study."""
 
+from collections import Counter
 from dataclasses import fields
 
 from cabledrive.parameters import InputRefused, NotComputed
@@ -81,10 +82,13 @@ def modes_chapter(result: StudyResult) -> Chapter:
 
 
 def _rows(result: StudyResult) -> Table:
-    kinds: dict[str, list[tuple[str, str, str]]] = {"longitudinal": [], "transverse": []}
+    found = Counter[tuple[str, str, str]]()
     for row in result.modes.rows:
-        kinds[row.kind].append((f"{row.frequency:.4f}", f"{row.multiplicity}", row.family))
-    groups = [RowGroup(title=kind.capitalize(), rows=tuple(rows)) for kind, rows in kinds.items() if rows]
+        found[row.kind, f"{row.frequency:.4f}", row.family] += row.multiplicity
+    groups = []
+    for kind in sorted({kind for kind, *_ in found}):
+        rows = ((hertz, str(many), family) for (own, hertz, family), many in found.items() if own == kind)
+        groups.append(RowGroup(title=kind.capitalize(), rows=tuple(rows)))
     return table("Certified modes of the distributed drive.", "Frequency [Hz] | Modes [] | Family", groups)
 
 

@@ -19,13 +19,12 @@ from cabledrive.studies.study.verdict_stage import Margin
 
 say = texts("study_verdict")
 TONES = {"yes": "good", "no": "warning", "unknown": "warning"}
-HEADS = {"yes": "Yes.", "no": "No.", "unknown": "Unknown."}
 
 
 def verdict_chapter(result: StudyResult) -> Chapter:
     """The answer before the reasons."""
     verdict = result.verdict
-    answer = Markup("<strong>{}</strong> {}").format(HEADS[verdict.answer], sentences(verdict.reasons[:1]))
+    answer = Markup("<strong>{}:</strong> {}.").format(verdict.answer.capitalize(), verdict.reasons[0])
     blocks: list[Block] = [Note(text=answer, tone=TONES[verdict.answer])]
     if verdict.reasons[1:]:
         blocks.append(points("Further reasons:", verdict.reasons[1:]))
