@@ -105,7 +105,7 @@ MAP = Keys(
 
 def _speeds(found: Campbell) -> list[str]:
     """What to avoid, the heaviest first, and what is clear."""
-    unit = speed_unit(found.coordinate)
+    unit, length = speed_unit(found.coordinate), " m" if found.key.endswith((".x", ".y")) else ""
     proof = "certified" if found.certified else "not certified"
     lines = [f"Order {name}: {rate:.5g} Hz per {unit}." for name, rate in found.orders.items()]
     lines.append(
@@ -113,7 +113,7 @@ def _speeds(found: Campbell) -> list[str]:
     )
     for zone in found.zones[:MOST_LINES]:
         there = "" if zone.place_low == zone.place_high else f" to {zone.place_high:.4g}"
-        speeds, places = f"{zone.low:.4g} to {zone.high:.4g} {unit}", f"{zone.place_low:.4g}{there}"
+        speeds, places = f"{zone.low:.4g} to {zone.high:.4g} {unit}", f"{zone.place_low:.4g}{there}{length}"
         lines.append(f"Avoid {speeds} with {found.key} at {places}: order {zone.order} excites {zone.mode}.")
     if len(found.zones) > MOST_LINES:
         lines.append(f"{len(found.zones) - MOST_LINES} more zones of less weight: --json lists all.")
