@@ -16,7 +16,7 @@ from cabledrive.control.tension_position import (
     place_bound,
     step_in_place,
 )
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit, njit_part
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
@@ -107,7 +107,7 @@ def close_loop(
     return len(reference)
 
 
-@njit
+@njit_part
 def pull_of(machine: TwoMotors, body: Moving) -> None:
     """Write directions and tensions of both lines."""
     for i in range(2):
@@ -119,7 +119,7 @@ def pull_of(machine: TwoMotors, body: Moving) -> None:
         body.tension[i] = pulled(stretch, speed, machine.rigidity[i] / free, machine.loss[i] / free)
 
 
-@njit
+@njit_part
 def move(m: TwoMotors, body: Moving, h: float, torque: Array, force: Array) -> None:
     """One internal step: speeds by the forces, friction set-valued, then places (symplectic)."""
     pull_of(m, body)
@@ -134,7 +134,7 @@ def move(m: TwoMotors, body: Moving, h: float, torque: Array, force: Array) -> N
         body.angle[i] += h * turn[i]
 
 
-@njit
+@njit_part
 def rubbed(speed: float, force: float, mass: float, viscous: float, coulomb: float, h: float) -> float:
     """Speed after a step under a force, with friction that holds what it can hold."""
     free = mass * speed + h * force
