@@ -8,6 +8,7 @@ from kernel_cases import setting, taken
 
 import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, dampers
+from cabledrive.simulation.plan import PRETENSION, RIGIDITY, SLACK
 
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
 SHAPES = {
@@ -42,6 +43,7 @@ def test_slopes_of_a_hundredth_hardly_change_the_dampers(shape, most, damping, m
     assert ours.energy_budget_error == pytest.approx(theirs.energy_budget_error, rel=1e-3)
 
 
+@pytest.mark.kernel
 def test_a_run_goes_on_from_its_state_alone():
     """To the bit, with a work space of its own for each part: nothing is remembered from step to step."""
     plan, start, torque, forces = setting("everything")
@@ -51,3 +53,12 @@ def test_a_run_goes_on_from_its_state_alone():
     parts = taken("verlet", plan, first, torque[half:], forces[half:], 6)[1]
     for name in ("x", "x_t", "q", "q_t", "tallies"):
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name), err_msg=name)
+
+
+@pytest.mark.kernel
+def test_one_slack_segment_among_all_ends_the_steps():
+    plan, start, torque, forces = setting("axial damping")
+    start.x[:] = 0.0
+    start.x[0, 1] = -1.1 * plan.piece[0, PRETENSION] / plan.piece[0, RIGIDITY] * plan.segment[0, 0]
+    code, state = taken("verlet", plan._replace(stop_when_slack=True), start, torque, forces)[:2]
+    assert (code, state.counts[0]) == (SLACK, 0)
