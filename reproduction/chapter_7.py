@@ -22,8 +22,7 @@ BANDWIDTHS = (23.0, 30.0, 40.0, 60.0, 80.0)  # tried one after the other [Hz]
 
 def conclusions(quick: bool) -> Outcome:
     """Statements of Section 7.1."""
-    supports = (against_rigid_supports(load_drive(f"dissertation-{n}"))[0] for n in (1, 2))
-    lower = [one.simple / one.exact for one in supports]
+    lower = [1.0 + against_rigid_supports(load_drive(f"dissertation-{n}"))[0].deviation for n in (1, 2)]
     tuned = tuned_drive()
     own = replace(tuned, cable=replace(tuned.cable, pretension=load_drive("dissertation-2").cable.pretension))
     at, away = (1e3 * float(threshold_torque(autoparametric_model(drive))) for drive in (tuned, own))
