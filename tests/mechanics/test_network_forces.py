@@ -8,7 +8,7 @@ import pytest
 import cabledrive as cd
 from cable_elements import random_machine
 from cabledrive.mechanics.network import network_of, statics_of
-from cabledrive.mechanics.network.assembly import dynamic_stiffness
+from cabledrive.mechanics.network.assembly import dynamic_stiffness, machine_response
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
 from cabledrive.modal.ranges import irvine_parameters
@@ -249,3 +249,16 @@ def test_a_wave_never_arrives_where_a_rope_is_slack_somewhere():
     assert upright.travel_time == np.inf
     taut = replace(upright, force=(40.0, 0.0))
     assert taut.travel_time == pytest.approx(2.0 * (np.sqrt(40.0) - np.sqrt(20.0)) / 10.0, rel=1e-6)
+
+
+def test_transverse_damping_takes_power_at_every_frequency():
+    """All other dampers taken out, the force on a body leads its motion there by less than half a turn."""
+    drive = cd.load_drive("camera-winches")
+    bare = replace(
+        drive,
+        cable=replace(drive.cable, axial_damping=0.0, transverse_damping=5.0),
+        pulley=tuple(replace(own, viscous_friction=0.0) for own in drive.pulley),
+        motor=tuple(replace(own, viscous_friction=0.0, joint_damping=0.0) for own in drive.motor),
+    )
+    moved = machine_response(bare, np.linspace(0.05, 20.0, 100), "camera.y", "camera.y")
+    assert moved.imag.max() < 0.0, moved.imag.max()

@@ -3,6 +3,7 @@
 import math
 from math import cos, pi, sin
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
-from cabledrive.studies.mode_map import Grid, map_modes
+from cabledrive.studies.mode_map import SAME, Grid, distinct, map_modes
 from cabledrive.studies.route_snapshot import Snapshot, tracked
 from oracles.route_fem import frequencies_of_route
 
@@ -200,3 +201,13 @@ def test_modes_that_jump_are_named_as_ambiguous():
     _, doubts = tracked([between(0.0), between(1.0)], between)
     assert len(doubts) == 2
     assert "mode 1 of left (w) between poses 1 and 2" in doubts
+
+
+def test_modes_nearer_than_a_share_of_their_frequency_are_one():
+    """At 1e-4 and at 1e4 Hz alike."""
+    for hertz in (1e-4, 1e4):
+        near, far = (1.0 + 0.5 * SAME) * hertz, (1.0 + 3.0 * SAME) * hertz
+        alike = {"kinetic_shares": {}, "kind": "longitudinal", "family": "loop"}
+        found = [SimpleNamespace(frequency=one, **alike) for one in (hertz, near, far)]
+        listed = distinct(None, SimpleNamespace(modes=found), 10.0 * hertz)["modes"]
+        assert [one.hertz for one in listed] == [hertz, far]
