@@ -127,3 +127,10 @@ def test_a_joint_too_stiff_for_the_moves_is_called_nothing_else(motion, measured
         f"significance {middle:.1f} at the median of {len(checks)} checked"
     )
     assert wrong <= 3, f"{wrong} of 40 called something else"
+
+
+def test_of_several_logs_the_largest_unexplained_torque_is_told():
+    """Whichever comes first."""
+    logs = [servo_log("trapezoids", "rigid", seed, 15.0) for seed in (1, 2)]
+    one, other = (identify(both).method["unexplained_torque"] for both in (logs, logs[::-1]))
+    assert one == pytest.approx(other, rel=1e-6)

@@ -68,3 +68,7 @@ def test_a_result_shows_its_figures_its_table_and_its_curves(name):
     assert name in card
     assert all(value in card for _, value in found.figures if "<" not in value and "&" not in value)
     assert found.plot().axes
+
+
+def test_a_comparison_runs_as_many_plants_as_it_was_asked():
+    assert len(cd.compare(LOOP, controllers=["pd"], draws=2).laws[0].scores.peak) == 2
