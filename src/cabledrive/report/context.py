@@ -25,7 +25,7 @@ _ROOM = 1.08
 class ReportContext:
     """The machines of a report."""
 
-    machines: tuple[Drive | RoutedDrive, ...]  # with routes, which people bring, first; then loops and lines
+    machines: tuple[Drive | RoutedDrive, ...]  # those like what people bring first, the dissertation's last
     progress: Callable[[str], None]  # called with a line of text when a longer part of the work begins
 
     @property
@@ -64,9 +64,20 @@ def make_context(
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
     return ReportContext(
-        machines=tuple(sorted(drives, key=lambda drive: isinstance(drive, Drive))),
+        machines=tuple(sorted(drives, key=_place)),
         progress=progress or (lambda line: None),
     )
+
+
+BROUGHT = ("printer", "corexy", "lift", "elevator", "arm", "axis", "ropeway")
+"""Words in the names of machines like those of most readers, first things first."""
+
+
+def _place(drive: Drive | RoutedDrive) -> tuple[bool, int]:
+    """Where a machine stands in a report; others keep their order."""
+    name = drive.name.lower()
+    found = (number for number, word in enumerate(BROUGHT) if word in name)
+    return name.startswith("dissertation"), next(found, len(BROUGHT))
 
 
 def _round_up(value: float) -> float:
