@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cabledrive.answers.keys import Keys
 from cabledrive.answers.result import aligned
 from cabledrive.answers.runs import WOUND
 from cabledrive.app.combinations import refuse_given
@@ -50,11 +51,18 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
         plant_drive=actual,
     )
     assert isinstance(found, TwoMotorTracking)  # the drive has two winches
-    said = found.summary
+    return answer_of_run(drive, found, WOUND, METHOD, spec["seed"])
+
+
+def answer_of_run(
+    drive: Drive | RoutedDrive, found: "Tracking | TwoMotorTracking", keys: Keys, method: str, seed: int
+) -> Answer:
+    """What a run of either kind answers, by its keys."""
+    step = found.summary["internal_step"]
     return Answer(
-        data=WOUND(said),
+        data=keys(found.summary),
         text=track_text(drive, found),
-        provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=spec["seed"]),
+        provenance=provenance(drive, method=method, step=step, seed=seed),
         incomplete=found.incomplete,
     )
 

@@ -16,8 +16,8 @@ from cabledrive.app.options import (
     saves_answer,
     subcommand,
 )
-from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.app.track_answer import track_text, two_motor_answer
+from cabledrive.app.results import Answer, NewFile
+from cabledrive.app.track_answer import answer_of_run, two_motor_answer
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.parameters.route import RoutedDrive
 
@@ -177,10 +177,4 @@ def command(
         from cabledrive.report.animation import controlled_film
 
         animate.write(controlled_film(actual or drive, found))
-    said = found.summary
-    return Answer(
-        data=TRACKED(said),
-        text=track_text(drive, found),
-        provenance=provenance(drive, method=METHOD, step=said["internal_step"], seed=spec["seed"]),
-        incomplete=found.incomplete,
-    )
+    return answer_of_run(drive, found, TRACKED, METHOD, spec["seed"])
