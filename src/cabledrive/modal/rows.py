@@ -245,11 +245,11 @@ def counted(t: Table, lanes: Lanes) -> Array:
         found = negative + hidden
         bad = np.flatnonzero(~(growth <= GROWTH))
         if bad.size:
+            from scipy.linalg import eigvals_banded  # few machines wait for it
+
             negative, growth = negative_pivots(turned_round(band[..., bad]))
             found[bad] = negative + hidden[bad]
             for lane in bad[~(growth <= GROWTH)]:
-                from scipy.linalg import eigvals_banded  # of few machines
-
                 try:
                     values = eigvals_banded(band[..., lane].T, lower=True)
                 except (np.linalg.LinAlgError, ValueError):  # the second of what is not finite

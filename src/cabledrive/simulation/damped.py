@@ -18,7 +18,19 @@ from cabledrive.simulation.coordinates import advance, gather, place_ends, turn
 from cabledrive.simulation.node_motion import end_speed
 from cabledrive.simulation.observe import add_to, keep_extremes
 from cabledrive.simulation.plan import Plan, State, Workspace
-from cabledrive.simulation.segment_laws import C0, C1, C2, C3, C4, C5, C6, C7, add_pulls, end_pulls
+from cabledrive.simulation.segment_laws import (
+    C0,
+    C1,
+    C2,
+    C3,
+    C4,
+    C5,
+    C6,
+    C7,
+    add_pulls,
+    end_pulls,
+    taut_range,
+)
 
 RATE, HALF_SOLVED, TENSION = range(3)
 """Rows of `Workspace.damp` that the dampers use."""
@@ -35,9 +47,7 @@ def point(span: tuple[int, int], numbers: tuple[float, float], inverse: Array, p
     """Components above the pretension and directions of a piece; how many segments leave the range."""
     pretension, rigidity = numbers
     (u, w), (p_u, p_w), (d_u, d_w) = place, p, d
-    slack_z = (1.0 - pretension / (rigidity + pretension)) ** 2 - 1.0
-    lowest = max(slack_z, -at.LARGEST_Z)
-    centre, reach, outside = 0.5 * (at.LARGEST_Z + lowest), 0.5 * (at.LARGEST_Z - lowest), 0
+    (_, centre, reach), outside = taut_range(pretension, rigidity), 0
     # Unsigned: an index that might be negative would keep the compiler from taking several nodes at once.
     one, start = np.uintp(1), np.uintp(span[0])
     for k in range(np.uintp(span[1]) - start):

@@ -48,8 +48,7 @@ def eliminated(nodes: Integers, compliance: Array, kick: Array, ropes: Array, en
     """Eliminate the dampers of all pieces.
 
     ``compliance``, (nodes - 1,): h over b (1 + eps0) [m/s / N], 0 where nothing is damped; ``kick``,
-    (nodes,): speed gained along u per force over a step; ``ends``, (pieces, 2, n): motion of both ends along
-    the piece.
+    (nodes,): speed gained along u per force over a step; ``ends``, (pieces, 2, n): motion of both ends along.
     """
     from scipy.linalg import solveh_banded
 

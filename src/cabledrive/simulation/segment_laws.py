@@ -59,13 +59,19 @@ def segment_tensions(rope: Rope, here: tuple[int, int], x: Array, inverse: Array
     return slack
 
 
+@njit_inner
+def taut_range(pretension: float, rigidity: float) -> tuple[float, float, float]:
+    """The z at which a rope is slack; middle and reach of those at which it is taut and the series holds."""
+    slack_z = (1.0 - pretension / (rigidity + pretension)) ** 2 - 1.0
+    lowest = max(slack_z, -at.LARGEST_Z)
+    return slack_z, 0.5 * (at.LARGEST_Z + lowest), 0.5 * (at.LARGEST_Z - lowest)
+
+
 @njit_in_place
 def _exact(by_series: bool, rope: Rope, here: tuple[int, int], x: Array, inverse: Array, p: Array) -> int:
     """Exact law, without root and division where ``by_series``; how many are slack or out of its range."""
     _, _, pretension, rigidity = rope
-    slack_z = (1.0 - pretension / (rigidity + pretension)) ** 2 - 1.0
-    lowest = max(slack_z, -at.LARGEST_Z)
-    centre, reach = 0.5 * (at.LARGEST_Z + lowest), 0.5 * (at.LARGEST_Z - lowest)
+    slack_z, centre, reach = taut_range(pretension, rigidity)
     outside, start, one = 0, np.uintp(here[0]), np.uintp(1)  # an index that might be negative is slow
     for number in range(np.uintp(here[1]) - start):
         i = start + number

@@ -17,7 +17,7 @@ from cabledrive.mechanics.compiled import njit_in_place, njit_inner
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.coordinates import advance, gather, place_ends, turn
-from cabledrive.simulation.damped import step_damped
+from cabledrive.simulation.damped import Out, Plane, step_damped
 from cabledrive.simulation.observe import add_to, copy_rows, keep_before, keep_extremes, observe
 from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import components, end_pulls, rope_of, segment_tensions, strains
@@ -25,8 +25,6 @@ from cabledrive.simulation.segment_laws import components, end_pulls, rope_of, s
 BEFORE, AFTER, PLACE = range(3)
 
 Pulls = tuple[float, float, float]
-Plane = tuple[Array, Array, Array, Array]
-Out = tuple[Array, Array] | None
 Lines = tuple[Plane, Out]
 
 
