@@ -118,12 +118,14 @@ def numbers_of(
     model: StretchModel, step: float, *, steps: int = 1, inputs: Array | None = None
 ) -> StretchNumbers:
     """Prepare an integration with one step length [s]; ``inputs``, shape (k, i): modal force per input."""
+    from scipy.linalg import expm
+
     k, forces = model.natural.size, np.zeros((model.natural.size, 0)) if inputs is None else inputs
     scale = max(model.natural.max(initial=0.0), 1.0 / step)  # rates in this unit: rounding is even
     rates = np.zeros((2 * k + forces.shape[1],) * 2)
     rates[:k, k : 2 * k] = scale * np.eye(k)
     rates[k : 2 * k] = np.hstack((-np.diag(model.natural**2) / scale, -model.damping, forces / scale))
-    flow = _exponential(rates * step)[: 2 * k]
+    flow = expm(rates * step)[: 2 * k]
     flow[k:] *= scale
     flow[:, k : 2 * k] /= scale
     along, rows, most = np.ascontiguousarray(flow[:, : 2 * k]), *model.sag.shape
@@ -145,18 +147,6 @@ def numbers_of(
         glide=glide,
         give=np.maximum(np.einsum("sk,sk->s", glide[:, k:], shafts), 1e-300),
     )
-
-
-def _exponential(matrix: Array) -> Array:
-    """Its exponential, by its series: scipy waits for threads of BLAS, for 15 ms on a busy machine."""
-    halvings = max(0, 3 + int(np.ceil(np.log2(np.abs(matrix).sum(axis=0).max(initial=1e-300)))))
-    term = flow = np.eye(len(matrix))
-    for order in range(1, 13):
-        term = term @ matrix / (order * 2.0**halvings)
-        flow = flow + term
-    for _ in range(halvings):
-        flow = flow @ flow
-    return flow
 
 
 def new_stretch_state(numbers: StretchNumbers) -> StretchState:
