@@ -28,14 +28,13 @@ def winch_steps(
     measurement: np.ndarray,
     row: np.ndarray,
     command: np.ndarray,
-    along: np.ndarray,
-    work: np.ndarray,
+    space: tuple[np.ndarray, np.ndarray],
     count: int,
 ) -> float:
     """Step after step on one measurement; returns the sum of the torques."""
     total = 0.0
     for _ in range(count):
-        step_in_place(gains, state, measurement, row, command, along, work)
+        step_in_place(gains, state, measurement, row, command, space)
         total += command[0]
     return total
 
@@ -47,7 +46,7 @@ def preload_steps(
     """Step after step on a reading that moves; returns the sum of the torques."""
     total = 0.0
     for k in range(count):
-        total += preload_step(law, memory, 3e-3 + 1e-4 * (k % 7), 1e-4 * (k % 5), 0.1, work, flanks)
+        total += preload_step(law, memory, (3e-3 + 1e-4 * (k % 7), 1e-4 * (k % 5), 0.1), work, flanks)
     return total
 
 
@@ -55,7 +54,7 @@ def report() -> str:
     machine = winched_machine(cd.load_drive("camera-winches"))
     gains, m = design_tensions(machine).gains, machine.numbers.mass.size
     state, measurement = first_state(gains, machine.tension), np.append(np.zeros(2), machine.tension)
-    space = (np.zeros(3 * m + 2), np.zeros(2), np.zeros((2, m)), np.zeros(3 * m + 22))
+    space = (np.zeros(3 * m + 2), np.zeros(2), (np.zeros((2, m)), np.zeros(3 * m + 22)))
     law = pair_law()
     cases = {
         "tension-position, camera-winches": partial(winch_steps, gains, state, measurement, *space, SAMPLES),

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from cabledrive.control import backstepping
-from cabledrive.control.backstepping_recursion import backstepping_step, work_shape
+from cabledrive.control.backstepping_recursion import work_shape
 from cabledrive.control.law_kernels import backstepping_command
 from cabledrive.control.reference import MotionNumbers, flat_output, joint_motion
 from cabledrive.control.reference_kernels import reference_table
@@ -82,7 +82,7 @@ def test_compiled_law_is_its_readable_twin(seed):
     kept = state_of(states_of(x), estimate, table=work_shape(3))
     u, z1 = backstepping_command(LAW_OF_SIX, kept, reference, 0)
     given = (x, signals, states_of(x)[3], np.tanh(50.0 * friction))
-    readable, z, _, phi = backstepping.law_step(LAW_OF_SIX, estimate, *given)
+    readable, z, _, phi = backstepping.backstepping_step(LAW_OF_SIX, estimate, *given)
     assert u == pytest.approx(readable, rel=1e-11)
     assert z1 == pytest.approx(z[0], rel=1e-11)
     expected = np.array(phi).T @ z
@@ -121,11 +121,12 @@ def off_their_dynamics(law, rates_of, p, truth, x, signals, speed, friction):
         gains = [
             np.vectorize(lambda v: mpmath.mpf(float(v)), otypes=[object])(a) for a in (law.matrix, law.rows)
         ]
+        exact_law = law._replace(matrix=gains[0], rows=gains[1])
         p, truth, x, signals = exact
         speed, friction = mpmath.mpf(float(speed)), mpmath.mpf(float(friction))
 
         def step_at(x, signals):
-            return backstepping_step(gains[0], gains[1][0], True, p, x, signals, speed, friction)
+            return backstepping.backstepping_step(exact_law, p, x, signals, speed, friction)
 
         here = step_at(x, signals)
         starts = np.cumsum([2 * n + 1, *(2 * (n - j) + 1 for j in range(1, n))])

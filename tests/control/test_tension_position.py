@@ -46,9 +46,8 @@ GAINS = tension_position.TensionGains(
 def torque_of(state, measurement, reference):
     """Torques of a sample; the state goes on."""
     torque = np.zeros(2)
-    tension_position.step_in_place(
-        GAINS, state, measurement, reference, torque, np.zeros((2, 1)), np.zeros(25)
-    )
+    space = np.zeros((2, 1)), np.zeros(25)
+    tension_position.step_in_place(GAINS, state, measurement, reference, torque, space)
     return torque
 
 
@@ -86,7 +85,7 @@ def test_allocation_is_the_bounded_least_squares_solution(m):
         low = rng.uniform(10.0, 100.0, 2)
         high, preferred = low + rng.uniform(50.0, 500.0, 2), rng.uniform(50.0, 400.0, 2)
         force, found = rng.normal(0.0, 300.0, m), np.zeros(2)
-        tension_position.allocate(force, mass, along, low, high, preferred, found)
+        tension_position.allocate(force, mass, along, (low, high), preferred, found)
         weight = np.sqrt(tension_position.PREFERENCE * np.max((along / mass) ** 2))
         matrix = np.vstack([(along / mass).T, weight * np.eye(2)])
         wanted = np.concatenate([-force / mass, weight * preferred])

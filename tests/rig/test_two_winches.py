@@ -51,7 +51,7 @@ def with_law(setup):
 
     def law(angles, tensions, row):
         torque = np.zeros(2)
-        step_in_place(gains, held, np.concatenate([angles, tensions]), row, torque, *space)
+        step_in_place(gains, held, np.concatenate([angles, tensions]), row, torque, space)
         return torque
 
     return law

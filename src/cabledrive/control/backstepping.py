@@ -23,16 +23,16 @@ are taken by complex steps, exact to round-off.
 
 from itertools import product
 from math import isfinite, pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cabledrive.control import numbers
 from cabledrive.control.backstepping_recursion import (
-    BacksteppingStep,
-    backstepping_step,
+    backstepping_steps,
+    parts_of,
     signal_count,
+    work_shape,
 )
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.numbers import LawNumbers
@@ -210,17 +210,42 @@ def fixed_row(law: LawNumbers, size: int) -> list[float]:
 
     def command(states: Array) -> float:
         x, speed = scaled_states(law, states), states[size // 2]
-        return float(law_step(law, estimate, x, signals, speed, 0.0).command)
+        return float(backstepping_step(law, estimate, x, signals, speed, 0.0).command)
 
     return [command(unit) - command(np.zeros(size)) for unit in np.eye(size)]
 
 
-def law_step(
-    law: LawNumbers, estimate: NDArray[Any], x: Array, signals: Array, speed: float, friction: float
+class BacksteppingStep(NamedTuple):
+    """One step of the law with all that its proof needs: u, z (2n,), alpha (2n - 1,), phi (2n, p)."""
+
+    command: Any
+    errors: Any
+    virtual: Any
+    regressors: Any
+
+
+def backstepping_step(
+    law: LawNumbers, p: Any, x: Any, signals: Any, speed: Any, friction: Any
 ) -> BacksteppingStep:
-    """One step of a frozen law from its scaled states."""
-    known = bool(law.scalars[numbers.BY_REFERENCE])
-    return backstepping_step(law.matrix, law.rows[0], known, estimate, x, signals, speed, friction)
+    r"""Step of a law from its scaled states, in floats, complex or other numbers, see `backstepping_steps`.
+
+    .. math::
+        \varphi_i = R_i - \sum_j\frac{\partial\alpha_{i-1}}{\partial x_{2j}}R_j
+    """
+    n, known = len(x) // 2, bool(law.scalars[numbers.BY_REFERENCE])
+    table = np.zeros(work_shape(n), dtype=np.result_type(np.asarray(p), np.asarray(x), np.asarray(signals)))
+    rows, rates, regressors, _, z = parts_of(table, n)
+    given = (known, p, x, signals, speed, friction)
+    u = backstepping_steps(n, law.matrix, law.rows[0], *given, rows, rates, regressors, z)
+    own = np.zeros((2 * n, 3 * n + 1), dtype=table.dtype)
+    own[1::2] = regressors[:, : 3 * n + 1]
+    phi = own.copy()
+    for i in range(1, 2 * n):
+        for j in range(i // 2):
+            phi[i] -= rows[i, 2 * j + 1] * own[2 * j + 1]
+    if not known:
+        phi[1, 0] = x[2] - z[2]  # (6.77), mended: the virtual control in place of the state
+    return BacksteppingStep(u, z, x[1:] - z[1:], phi)
 
 
 def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> float:
@@ -232,12 +257,12 @@ def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference:
         law.scalars[numbers.SLOPE] * (reference[-1] if law.scalars[numbers.BY_REFERENCE] else speed)
     )
     given = (x, signals, speed, friction)
-    phi = law_step(law, estimate, *given).regressors
+    phi = backstepping_step(law, estimate, *given).regressors
     slopes = np.zeros((size, len(estimate)))
     for m in range(len(estimate)):
         moved = estimate.astype(complex)
         moved[m] += 1j * STEP * abs(estimate[m] or 1.0)
-        slopes[1:, m] = law_step(law, moved, *given).virtual.imag / (STEP * abs(estimate[m] or 1.0))
+        slopes[1:, m] = backstepping_step(law, moved, *given).virtual.imag / (STEP * abs(estimate[m] or 1.0))
     learnt = np.linalg.norm(phi * law.learning[numbers.GAIN], axis=1)
     coupling = np.outer(np.linalg.norm(slopes, axis=1), learnt)
     fixed = errors_matrix(law, estimate, size)

@@ -12,9 +12,7 @@ inertias and all their derivatives) and in 1. Every virtual control is therefore
 and each step makes the next row from the one before it.
 """
 
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from cabledrive.mechanics.compiled import for_kernels
 from cabledrive.parameters.arrays import Array
@@ -152,37 +150,3 @@ def backstepping_steps(
             alpha += row[c] * x[c]
     regressors[n - 1, at + 3] = scales[n - 2] * alpha
     return alpha
-
-
-class BacksteppingStep(NamedTuple):
-    """One step of the law with all that its proof needs: u, z (2n,), alpha (2n - 1,), phi (2n, p)."""
-
-    command: Any
-    errors: Any
-    virtual: Any
-    regressors: Any
-
-
-def backstepping_step(
-    feedback: Any, scales: Any, known: bool, p: Any, x: Any, signals: Any, speed: Any, friction: Any
-) -> BacksteppingStep:
-    r"""Step from the scaled states, in floats, complex or other numbers; arguments as `backstepping_steps`.
-
-    .. math::
-        \varphi_i = R_i - \sum_j\frac{\partial\alpha_{i-1}}{\partial x_{2j}}R_j
-    """
-    n = len(x) // 2
-    table = np.zeros(work_shape(n), dtype=np.result_type(np.asarray(p), np.asarray(x), np.asarray(signals)))
-    rows, rates, regressors, _, z = parts_of(table, n)
-    u = backstepping_steps(
-        n, feedback, scales, known, p, x, signals, speed, friction, rows, rates, regressors, z
-    )
-    own = np.zeros((2 * n, 3 * n + 1), dtype=table.dtype)
-    own[1::2] = regressors[:, : 3 * n + 1]
-    phi = own.copy()
-    for i in range(1, 2 * n):
-        for j in range(i // 2):
-            phi[i] -= rows[i, 2 * j + 1] * own[2 * j + 1]
-    if not known:
-        phi[1, 0] = x[2] - z[2]  # (6.77), mended: the virtual control in place of the state
-    return BacksteppingStep(u, z, x[1:] - z[1:], phi)

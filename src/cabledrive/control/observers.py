@@ -344,14 +344,14 @@ def first_memory(law: FlankLaw, late_samples: int) -> Array:
 
 @njit_in_place
 def preload_step(
-    law: FlankLaw, memory: Array, reading: float, twist: float, total: float, work: Array, flanks: Array
+    law: FlankLaw, memory: Array, seen: tuple[float, float, float], work: Array, flanks: Array
 ) -> float:
     """One sample: the torque of the difference, which motor a gets on top of half the total and b less.
 
-    ``reading``: ϑ by the encoders [rad], NaN: not read; ``twist``: e by the position's filter [rad];
-    ``total``: of both motors [N m]; ``work``, (>= 6,); ``flanks``, (2,): takes the torques observed.
+    ``seen``: ϑ by the encoders [rad], NaN: not read; e by the position's filter [rad]; torque of both motors
+    [N m]. ``work``, (>= 6,); ``flanks``, (2,): takes the torques observed.
     """
-    observer, estimate = law.observer, memory[ESTIMATE:LAG]
+    observer, estimate, (reading, twist, total) = law.observer, memory[ESTIMATE:LAG], seen
     if isfinite(reading):
         work[0] = reading
         correct(observer, 0.0, estimate, work[:1], work[1:3], work[3:4])

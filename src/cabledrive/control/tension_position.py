@@ -45,9 +45,10 @@ PREFERENCE = 1e-8
 
 @njit
 def allocate(
-    force: Array, mass: Array, along: Array, low: Array, high: Array, preferred: Array, tension: Array
+    force: Array, mass: Array, along: Array, limits: tuple[Array, Array], preferred: Array, tension: Array
 ) -> None:
     """Write the tensions of a force on the body, (m,), between two limits near preferred ones, (2,) [N]."""
+    low, high = limits
     a, b, c, g, h, top = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(force.size):
         u, v = along[0, j] / mass[j], along[1, j] / mass[j]
@@ -118,16 +119,15 @@ def step_in_place(
     measurement: Array,
     reference: Array,
     command: Array,
-    along: Array,
-    work: Array,
+    space: tuple[Array, Array],
 ) -> None:
     """One sample: the observer takes in the measurement, tensions are allocated, each motor follows its own.
 
     ``measurement``, (4,): angles of the drums [rad], tensions [N]; ``reference``, (3 m + 2,): wanted place,
     speed, acceleration, lead of either tension [N]. Changes ``state`` and writes the torques ``command`` (2,)
-    [N m]; space: ``along`` (2, m), ``work`` (3 m + 22,).
+    [N m]; ``space``: (2, m) for the directions of the lines, (3 m + 22,).
     """
-    machine = gains.machine
+    machine, (along, work) = gains.machine, space
     m, interval = machine.mass.size, gains.interval
     q, v, d = state[:m], state[m : 2 * m], state[2 * m : 3 * m]
     lag, filtered = state[3 * m : 3 * m + 2], state[3 * m + 2 : 3 * m + 4]
@@ -147,10 +147,10 @@ def step_in_place(
         lead = reference[3 * m + i]
         shortfall[i], low[i], high[i] = gains.preferred[i] - lead, gains.low[i] - lead, gains.high[i] - lead
         below[i], above[i] = low[i] - FAR, high[i] + FAR
-    allocate(force, machine.mass, along, low, high, shortfall, wanted)
+    allocate(force, machine.mass, along, (low, high), shortfall, wanted)
     free[0], free[1] = wanted[0], wanted[1]
     if not (low[0] < wanted[0] < high[0] and low[1] < wanted[1] < high[1]):  # what no limit would change
-        allocate(force, machine.mass, along, below, above, shortfall, free)
+        allocate(force, machine.mass, along, (below, above), shortfall, free)
     reshaped, kept = 0.0, 1.0 - exp(-gains.filter * interval)
     for i in range(2):
         if abs(free[i] - wanted[i]) > RESHAPED * (high[i] - low[i]):

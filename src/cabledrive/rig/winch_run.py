@@ -79,13 +79,13 @@ def close_loop(
     (reference, force), (record, least) = table, kept
     q, _, angle, _, law, torque, commands, _, tension = body
     m, part, newest = q.size, rig.late % rig.substeps, len(commands) - 1
-    command, measurement, space, work = np.zeros(2), np.zeros(4), np.zeros((2, m)), np.zeros(3 * m + 22)
+    command, measurement, space = np.zeros(2), np.zeros(4), (np.zeros((2, m)), np.zeros(3 * m + 22))
     pull_of(machine, body)
     for k in range(len(reference)):
         for i in range(2):
             measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
             measurement[2 + i] = tension[i] + rig.noise[k, i]
-        step_in_place(gains, law, measurement, reference[k], command, space, work)
+        step_in_place(gains, law, measurement, reference[k], command, space)
         for j in range(m):
             record[k, j] = q[j]
             if not abs(q[j]) < 1e6:

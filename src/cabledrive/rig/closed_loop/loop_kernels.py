@@ -83,7 +83,7 @@ def part_command(
         twist = c.estimate[pair.joint[0]] - c.estimate[pair.joint[1]]
     if not isfinite(twist):
         twist = 0.0
-    apart = preload_step(pair.law, kept[MEMORY:], pressed, twist, command, s.work, flanks)
+    apart = preload_step(pair.law, kept[MEMORY:], (pressed, twist, command), s.work, flanks)
     if record.shape[0] > 0:
         for i in range(2):
             record[k, i], record[k, 4 + i] = kept[FLANKS + i], flanks[i]
