@@ -85,13 +85,6 @@ def test_the_instant_of_the_torque_is_found_to_a_twelfth_of_a_sample(excitation,
     assert found.notes
 
 
-@pytest.mark.parametrize("excitation", ["multisine", "servo"])
-def test_cogging_is_named_by_its_periods_per_revolution(excitation):
-    truth = next(t for t in TRUTHS if t.name.startswith(f"cogging/{excitation}/held/"))
-    found = identify(log_from(made(truth, 902)))
-    assert "12 period(s) per revolution" in found.findings[-1], found.findings
-
-
 EVERY = [(truth, seed) for seed in range(SEEDS) for truth in TRUTHS]
 SIXTEENTH = [(truth, 700 + k) for k, truth in enumerate(TRUTHS[1::16])]
 
@@ -119,24 +112,21 @@ def test_a_slack_spring_is_a_finding_and_has_no_interval(resonance, seed, durati
     assert all(one["low"] is None for one in found.as_dict()["parameters"].values())
 
 
-@pytest.mark.parametrize("seed", [10_000, 11_000])
-def test_the_instant_of_the_convention_is_within_the_interval_of_a_precise_log(seed):
-    """Smooth moves known to 1e-4: the instant found, 10 microseconds off, had moved the inertia out."""
-    smooth = next(truth for truth in TRUTHS if truth.name == "sound/servo-smooth/held/fine")
-    silent, blamed, _ = judged(smooth, seed)
-    assert not silent
-    assert not blamed
-
-
 @pytest.mark.parametrize(
-    "name, seed", [("servo-periodic/before/coarse", 12_002), ("servo-periodic/held/fine", 12_003)]
+    "name, seed, holding",
+    [
+        ("servo-smooth/held/fine", 10_000, 3),
+        ("servo-smooth/held/fine", 11_000, 3),
+        ("servo-periodic/before/coarse", 12_002, 4),
+        ("servo-periodic/held/fine", 12_003, 4),
+    ],
 )
-def test_periodic_moves_whose_instant_the_regression_misses_blame_no_sound_axis(name, seed):
-    """The observer that loses the log from the regression's instant finds it from that of a convention."""
+def test_the_instant_of_the_torque_blames_no_sound_axis(name, seed, holding):
+    """Smooth moves known to 1e-4, and periodic ones whose instant the regression misses."""
     silent, blamed, inside = judged(next(truth for truth in TRUTHS if truth.name == f"sound/{name}"), seed)
     assert not silent
     assert not blamed
-    assert sum(inside) == 4
+    assert sum(inside) >= holding
 
 
 @pytest.mark.parametrize(

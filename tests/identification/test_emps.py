@@ -12,7 +12,7 @@ from cabledrive.identification.axis.equation import FrictionModel
 from cabledrive.identification.chain_fit import ChainModel, FreeParameter, Record, fit_output_error
 from cabledrive.identification.logs.log import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
-from oracles.position_loop import PositionLoop, integrate_position_loop_of
+from oracles.axis_plant import move, parameters
 
 FILE = "emps/DATA_EMPS.mat"
 COLUMNS = with_choices(ColumnMap(), ["time=t", "position=qm", "force=vir:N*gtau"])
@@ -22,7 +22,6 @@ PUBLISHED = {
     "coulomb_friction": 20.3935,
     "offset_force": 3.1648,
 }
-OPEN = PositionLoop(position_gain=0.0, speed_gain=0.0, force_per_volt=0.0)
 BOUNDS = {"mass": 0.01, "viscous_friction": 0.02, "coulomb_friction": 0.02, "offset_force": 0.05}
 
 
@@ -106,16 +105,10 @@ def test_the_identified_model_in_its_loop_follows_the_measured_motion(log, share
     """
     data = io.loadmat(shared_data(FILE), squeeze_me=True)
     found = axis_of([log], AxisOptions()).regressed()
-    values = np.array([estimate.value for estimate in found.parameters.values()])
-    loop = PositionLoop(
-        position_gain=float(data["kp"]),
-        speed_gain=float(data["kv"]),
-        force_per_volt=float(data["gtau"]),
-        largest_command=10.0,
-    )
-    record = log.channel("position")
-    start = (record[0], (record[1] - record[0]) / 1e-3)
-    position, _, _ = integrate_position_loop_of(values, loop, data["qg"], 1e-3, start=start)
+    record, gain = log.channel("position"), float(data["gtau"]) * float(data["kv"])
+    servo = np.array([1.0, gain * float(data["kp"]), gain, 0.0, 0.0, 1.0])  # u = kv (kp (q - q_m) - q_m')
+    position, force = moved(found, record, np.zeros(record.size), servo, data["qg"])
+    assert np.abs(force / data["gtau"]).max() < 10.0, "where the command would be limited [V]"
     errors = {"position": share(record, position)}
     errors["raw"] = share(np.gradient(record, 1e-3), np.gradient(position, 1e-3))
     errors["recipe"] = share(recipe_velocity(record), recipe_velocity(position))
@@ -124,6 +117,21 @@ def test_the_identified_model_in_its_loop_follows_the_measured_motion(log, share
     measured(f"{message}, up to 20 Hz {smoother:.4f} %")
     assert errors["position"] <= 0.02, f"{errors} %"
     assert max(errors["raw"], errors["recipe"]) <= 0.25, f"{errors} %"
+
+
+def moved(found, record, force, servo=None, reference=0.0):
+    """Position and force of the identified axis from the record's first position and speed."""
+    values = dict(
+        zip(
+            ("inertia", "viscous", "coulomb", "offset"), map(found.__getitem__, found.parameters), strict=True
+        )
+    )
+    axis = parameters(**values, start=record[0], start_speed=(record[1] - record[0]) / 1e-3)
+    wanted, nothing = np.zeros((3, record.size)), np.zeros(record.size)
+    wanted[0], position, acting = reference, np.empty(record.size), np.empty(record.size)
+    servo = np.zeros(6) if servo is None else servo
+    move(axis, force, nothing, wanted, servo, np.zeros(4), 1e-3, 4, 0, position, acting)
+    return position, acting
 
 
 def share(measured, simulated):
@@ -155,20 +163,16 @@ def test_the_open_loop_needs_a_small_disturbance_to_follow(log, measured):
     A constant 2.1 N more, a tenth of the Coulomb friction, bring it to a quarter of a per cent.
     """
     found = axis_of([log], AxisOptions()).regressed()
-    values = np.array([estimate.value for estimate in found.parameters.values()])
     record, force = log.channel("position")[:500], log.channel("force")[:500]
-    start = (record[0], (record[1] - record[0]) / 1e-3)
 
     def off(disturbance):
-        more = force + disturbance
-        position = integrate_position_loop_of(values, OPEN, 0 * force, 1e-3, start=start, disturbance=more)[0]
-        return float(np.abs(position - record).max() / np.ptp(record))
+        return float(np.abs(moved(found, record, force + disturbance)[0] - record).max() / np.ptp(record))
 
     best = min(np.linspace(-4.0, 4.0, 81), key=off)
     measured(f"alone {100 * off(0.0):.1f} % of the stroke, with {best:.1f} N {100 * off(best):.2f} %")
     assert off(0.0) < 0.15, off(0.0)
     assert off(best) < 0.01, off(best)
-    assert abs(best) < 0.15 * values[2], best
+    assert abs(best) < 0.15 * found["coulomb_friction"], best
 
 
 # --- Coupled electric drives, PRBS records: a belt, friction and a rectifying sensor against every linear

@@ -1,15 +1,10 @@
 """Wrong models in logs whose torque is no sum of lines: feedback loops, chirps, steps."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from cabledrive.identification.axis.answer import IdentifyOptions
-from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.axis.check import INNOVATIONS
 from cabledrive.identification.axis.equation import observe, shadow
-from cabledrive.identification.axis.faults import evidence_by_innovations
 from cabledrive.identification.axis.observer import observer_gains
 from cabledrive.identification.logs.log import ColumnMap, with_choices
 from cabledrive.identification.logs.reading import read_log
@@ -47,22 +42,6 @@ def test_an_observer_foresees_a_rigid_axis_that_sticks_and_turns():
     observe(VALUES, observer_gains(60.0, STEP), torque, angle, np.zeros(2), out)
     assert np.abs(out[0]).max() < 1e-12 * np.ptp(angle), f"observed {np.abs(out[0]).max():.2g} rad"
     assert 0.2 < np.mean(out[3] == 0.0) < 0.8, "the motion must hold sticking and slipping"
-
-
-def test_a_late_torque_channel_is_named_and_moves_the_parameters_that_are_found_without_it():
-    """Shifted by 5 ms, more than a sample: its size to a fiftieth, to first order to a tenth."""
-    log = servo_log("trapezoids", "rigid", 3, 30.0)
-    late = replace(log, channels={**log.channels, "torque": np.roll(log.channel("torque"), 5)}).part(
-        start=0.1
-    )
-    found = identify(late)
-    assert found.codes == ("torque-timing",), found.findings
-    assert found.method["torque_delay"] == pytest.approx(5e-3, rel=0.02)
-    found = identify(late, IdentifyOptions(check=False), method="inverse-dynamics")
-    told = evidence_by_innovations(axis_of([late], AxisOptions()), found)
-    delay = next(one for one in told if one.name == "delay")
-    assert delay.value == pytest.approx(5e-3, rel=0.1)
-    assert 0.01 < abs(delay.shift[0]) / found.parameters["inertia"].value < 0.1
 
 
 def logs_of(every, quick):

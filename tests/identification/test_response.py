@@ -135,12 +135,6 @@ def test_the_model_that_made_the_response_is_chosen(model, measured):
     assert choice.model == model
 
 
-def test_models_2_and_3_are_alike_from_the_motor():
-    chain = response_models.chain_for(3, lumped(3), RADIUS)
-    u, y = periodic(8, 0.3, 3, response=lambda f: speed_response(chain, 2 * np.pi * f))
-    assert response_models.choose_model(by_periods(u, y), ROUGH, radius=RADIUS).model in (2, 3)
-
-
 def resonance(seconds, frequency=9.8, damping=0.02, rate=500.0):
     """A swept input, and the output of a resonance by the impulse response of its differential equation."""
     t = np.arange(0.0, seconds, 1.0 / rate)

@@ -126,14 +126,6 @@ def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
     assert worst < 0.01, worst
 
 
-def test_the_part_of_length_and_mass_is_beside_the_tension():
-    """By the string formula T = 4 rho L^2 f^2 a per cent of the length is two, of the mass one."""
-    log, drive, tension = by_the_string_formula(5)
-    part = tension_of_route_span(log, drive, BELT_A).as_dict()["spans"][BELT_A]["of_length_and_mass"]
-    assert part["of_1_percent_of_length"] == pytest.approx(0.02 * tension, rel=0.02)
-    assert part["of_1_percent_of_mass_per_length"] == pytest.approx(0.01 * tension, rel=0.02)
-
-
 def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right(measured):
     """A carriage of the span's own mass hangs at its third: the first mode falls by a third."""
     source = cd.load_drive("dissertation-3")
@@ -154,17 +146,6 @@ def test_tension_is_the_inverse_of_the_certified_modes():
     first = next(m.frequency for m in cd.modes(drive, count=8).transverse if m.span == "lower")
     found = tensions_for(cd.load_drive("dissertation-3"), [("lower", 0, 1, first)])
     assert found == pytest.approx([9.0], rel=1e-10)
-
-
-def test_both_spans_of_a_log_are_assigned_by_their_names():
-    upper, lower = with_tension("dissertation-3", 7.5), with_tension("dissertation-3", 6.5)
-    time, high = rung(upper, 1)
-    _, low = rung(lower, 2)
-    log = log_of(time, {"upper_position": high, "lower_position": low}, {})
-    found = tension_from_ping(log, cd.load_drive("dissertation-3"))
-    assert found["upper"] == pytest.approx(7.5, rel=0.01)
-    assert found["lower"] == pytest.approx(6.5, rel=0.01)
-    assert found.as_dict()["parameters"]["tension_lower"]["unit"] == "N"
 
 
 @pytest.mark.parametrize("kind", ["int16", "float32", "uint8"])
@@ -281,17 +262,6 @@ def test_what_is_no_ping_of_a_string_is_refused(name, made, words, measured):
     measured(str(refused.value))
 
 
-@pytest.mark.parametrize("silence", [0.0, 0.1, 1.0])
-def test_a_ping_after_a_silence_is_a_ping(silence):
-    drive = cd.load_drive("dissertation-3")
-    time, values = rung(drive, 3)
-    quiet = NOISE * np.random.default_rng(4).normal(size=round(silence * 2000.0))
-    values = np.concatenate([quiet, values])
-    time = np.arange(values.size) / 2000.0
-    found = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
-    assert found.tension.value == pytest.approx(7.0, rel=0.01)
-
-
 # --- Both spans sound in one recording: two families of partials, two tensions, or one line why not
 
 
@@ -400,14 +370,6 @@ def test_overlapping_decaying_tones_are_fitted_without_bias():
     )
     wider = (other.high - other.low) / (one.high - one.low)
     assert wider == pytest.approx(np.sqrt(3 * 16 / 2) * 4.3027 / 1.9600, rel=1e-4)
-
-
-def test_split_partials_over_a_first_that_is_not_split_are_no_tauter_span():
-    """The loudest tone at half their frequency decides: tensions 1.8 % apart, not four times as large."""
-    one = played(22_005, duration=3.0, segments=240, share=0.00905)
-    found = tension_of_both(one.log, one.drive)
-    assert found.identifiable
-    assert max(map(abs, errors(found, one).values())) < 0.01, errors(found, one)
 
 
 # --- Both spans in fifty recordings of each kind, and in five of the same: errors, intervals, identified
@@ -576,13 +538,3 @@ def test_the_command_names_spans_and_refuses_in_one_line(tmp_path):
     assert "name the span" in refusal("identify", files[0], "--ping", "corexy")
     assert "one --span for each" in refusal("identify", files[0], *asked)
     assert "not upper, lower or both" in refusal("identify", files[0], "--ping", "elevator", "--span", "uper")
-
-
-def test_the_command_gives_both_spans_of_a_sound_file(tmp_path):
-    one = played(10_060, heights=(1.5e-3, 0.6e-3), share=0.1, loudness=(1.0, 1.0), rate=1000.0)
-    sound = one.log.channel("sound")
-    wavfile.write(tmp_path / "both.wav", 1000, (20_000 * sound / np.abs(sound).max()).astype("int16"))
-    asked = ("--ping", "dissertation-3", "--span", "both", "--plucked", "upper")
-    found = answer("identify", tmp_path / "both.wav", *asked)["parameters"]
-    assert found["tension_upper"]["value"] == pytest.approx(one.upper, rel=0.002)
-    assert found["tension_lower"]["value"] == pytest.approx(one.lower, rel=0.002)

@@ -37,6 +37,8 @@ class Axis(NamedTuple):
     load_viscous: float = 0.0
     coulomb_drift: float = 0.0
     load_dependence: float = 0.0
+    start: float = 0.0
+    start_speed: float = 0.0
 
 
 STATES = 5
@@ -196,6 +198,7 @@ def move(p, command, extra, reference, servo, sensor, interval, fine, line, angl
     its phase, noise is added elsewhere.
     """
     x, sides, work = np.zeros(STATES), np.zeros(2), np.zeros((6, STATES))
+    x[0], x[1], sides[0] = p.start, p.start_speed, np.sign(p.start_speed)
     if p.load_coulomb == 0.0:
         sides[1] = 1.0
     contact, filtered, whole = _contact_of(p, x), 0.0, 0.0
@@ -207,7 +210,7 @@ def move(p, command, extra, reference, servo, sensor, interval, fine, line, angl
         if sensor[0] > 0.0:
             seen = sensor[0] * np.floor(seen / sensor[0] + sensor[1])
         if k == 0:
-            seen_before = seen
+            seen_before = seen - interval * x[1]
         filtered += servo[5] * ((seen - seen_before) / interval - filtered)
         seen_before = seen
         if servo[0] > 0.0:
