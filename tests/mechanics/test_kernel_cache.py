@@ -76,15 +76,6 @@ def test_a_kernel_that_others_could_have_written_is_not_loaded(tmp_path):
     assert value(tmp_path) == (42.0, 0)
 
 
-def test_two_signatures_never_share_a_file(tmp_path):
-    made = kernel(tmp_path)
-    assert (made(2.0, (21.0,)), made(2, (21,)), made(2.0, (1, 2))) == (42.0, 42, 2.0)
-    assert len(list(tmp_path.iterdir())) == 3
-    again = kernel(tmp_path)
-    assert (again(2, (21,)), again(2.0, (1, 2)), again(2.0, (21.0,))) == (42, 2.0, 42.0)
-    assert sum(again.stats.cache_hits.values()) == 3
-
-
 def test_numba_s_folder_of_the_environment_is_checked_for_its_owner_and_mode(tmp_path):
     """Where another account can write into it, it is gone without; a new one is the user's alone."""
     compiled._cache_folder.cache_clear()
@@ -171,14 +162,6 @@ def run(code, cache, before="", **environment):
     return python(f"{before}\nfrom kernels_of_a_test import *\n{code}", paths=[cache], **environment).split()
 
 
-def test_a_part_is_compiled_once_for_all_constants_and_again_only_where_python_calls_it(tmp_path):
-    printed = run(
-        "print(COMPILED.count('power'), end=' '); power(2.0, 3, False); print(COMPILED.count('power'))",
-        tmp_path,
-    )
-    assert printed == ["1", "2"]
-
-
 def test_a_process_that_loads_the_kernel_computes_the_bits_of_the_one_that_compiled_it(tmp_path, measured):
     first, second = (run("print(result.hex(), COMPILED.count('whole'))", tmp_path) for _ in range(2))
     interpreted = run("print(result.hex())", tmp_path, NUMBA_DISABLE_JIT="1")
@@ -187,10 +170,6 @@ def test_a_process_that_loads_the_kernel_computes_the_bits_of_the_one_that_compi
     assert (first[1], second[1]) == ("1", "0"), "the second process loads the kernel"
     assert first[0] == second[0]
     assert apart < 1e-14
-
-
-def test_a_function_of_a_user_inside_a_kernel_stays_one_that_python_can_call(tmp_path):
-    assert float(run("print(of_a_user(2.0))", tmp_path)[0]) == 6.1
 
 
 def test_an_error_inside_a_part_reaches_the_caller(tmp_path):

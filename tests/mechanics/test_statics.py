@@ -67,11 +67,6 @@ def test_gravity_on_a_slope_asks_for_a_held_pulley():
     assert torque == pytest.approx(1e-2 * 9.81 * 0.5 * drive.drive_pulley.radius, rel=1e-9)
 
 
-def test_an_unknown_hold_is_refused():
-    with pytest.raises(InputRefused, match='hold = "left" is not one of its values'):
-        rest(DRIVE, hold="left")
-
-
 def test_a_loop_that_hangs_slack_at_rest_has_no_equilibrium_of_a_cable_that_cannot_push():
     """Below half the weights the lower ends go slack: nothing holds the nodes there across."""
     lift = load_drive("elevator")

@@ -140,18 +140,6 @@ def test_transverse_modes_agree_with_elements(seed, measured):
     check_agreement(2 * np.pi * planes["v"], np.sort(np.concatenate(parts)), measured)
 
 
-@pytest.mark.parametrize("seed", sorted(OF_EACH_WAY))
-def test_chains_of_a_machine_have_its_longitudinal_modes(seed):
-    drive, motor, hold = drawn(np.random.default_rng(seed))
-    found = cd.modes(drive, count=MODES, motor=motor, hold=hold).longitudinal
-    own = [
-        (mode.frequency, mode.multiplicity)
-        for labelled in longitudinal_chains(drive, motor=motor, hold=hold)
-        for mode in cd.modes(labelled.chain, below=1.0001 * found[-1].frequency).modes
-    ]
-    np.testing.assert_allclose(sorted(own), [(one.frequency, one.multiplicity) for one in found], rtol=1e-12)
-
-
 def check_counts(chains, phases, measured):
     """Counts at frequencies drawn over each chain's travel time, against eigenvalues of its matrix."""
     wrong, counts = [], 0
@@ -190,15 +178,6 @@ def test_held_carriage_parts_the_transverse_motion_too():
     guided = replace(drive, carriage=tuple(replace(c, guided=True) for c in drive.carriage))
     found = [m.frequency for m in cd.modes(hanging, count=6, hold=["carriage 0", "carriage 1"]).transverse]
     assert found == pytest.approx([m.frequency for m in cd.modes(guided, count=6).transverse], rel=1e-12)
-
-
-def test_carriage_is_held_by_its_own_name_which_is_no_part_of_the_hash():
-    plain = cd.load_drive("elevator")
-    named = cd.load_drive("elevator", overrides=["carriage.0.name=car"])
-    assert cd.content_hash(named) == cd.content_hash(plain)
-    assert cd.natural_frequencies(named, hold=["car"]) == pytest.approx(
-        cd.natural_frequencies(plain, hold=["carriage 0"]), rel=1e-15
-    )
 
 
 # --- The count behind every certificate is right: against eigenvalues of the matrix

@@ -169,35 +169,6 @@ def test_a_count_of_thousands_of_heavy_strings_is_that_of_their_travel_times():
     assert abs(across - 2 * sum(int(omega * turn) for turn in turns)) <= 2 * len(turns)
 
 
-@pytest.mark.parametrize("stiffness", [10500.0, 11500.0, 13045.0, 16000.0, 20000.0, 21000.0])
-def test_motor_joint_mode_close_to_an_in_phase_mode_is_found_beside_it(stiffness):
-    """In-phase modes of a loop are at half turns of its travel time, where halved intervals end exactly."""
-    drive = cd.load_drive("dissertation-3", overrides=["layout.gravity=0"])
-    drive = replace(drive, motor=replace(drive.motor, joint_stiffness=stiffness))
-    found = cd.modes(drive, count=6)
-    frequency = np.array([mode.frequency for mode in found.longitudinal])
-    assert found.certified
-    assert np.all(np.diff(frequency) > 1e-6 * frequency[1:]), f"{frequency} Hz"
-    assert np.min(np.abs(frequency - 807.33246825)) < 1e-8
-
-
-@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
-def test_every_mode_stands_in_one_row_of_the_table_that_says_where_it_is(name):
-    """Equal strings on both spans differ by round-off, so that either may be listed first."""
-    found = cd.modes(cd.load_drive(name), count=12)
-    rows = mode_rows(found)
-    assert sum(row.count for row in rows) == sum(mode.multiplicity for mode in found.modes)
-    assert [row.frequency for row in rows] == sorted(row.frequency for row in rows)
-    for row in rows:
-        assert {mode.kind for mode in row.modes} == {row.kind}
-        spans = {mode.span for mode in row.modes}
-        if row.kind == "transverse":
-            message = "both spans" if len(spans) > 1 or spans == {"both"} else f"{spans.pop()} span"
-            assert row.where.startswith(message)
-        else:
-            assert "%" in row.where
-
-
 def test_equal_modes_of_both_spans_are_one_row_and_other_modes_are_not():
     found = cd.modes(cd.load_drive("dissertation-2", overrides=["layout.gravity=0"]), count=12).modes
     across = [mode for mode in found if mode.kind == "transverse"]

@@ -16,13 +16,6 @@ MOTORS = ("free", "held")
 AT_REST = ("camera-line", "elevator", "linear-axis", "printer-belt", "ropeway")
 
 
-def coupled(drive, below, **options):
-    """Frequencies [Hz] of the modes in which bodies or pulleys move."""
-    found = cd.modes(drive, below=below, **options)
-    assert found.certified
-    return [mode.frequency for mode in found.modes if not mode.clamped]
-
-
 @pytest.mark.parametrize(
     ("drive", "motor"),
     [
@@ -37,31 +30,6 @@ def test_a_drive_as_a_route_has_all_its_modes_with_their_number(drive, motor):
     assert found.certificate.count == expected.certificate.count
     assert found.rigid_body_modes == expected.rigid_body_modes
     np.testing.assert_allclose(by_multiplicity(found.modes), by_multiplicity(expected.modes), rtol=1e-12)
-
-
-# Each to the digits that were stated; and how many there are below.
-HOLDING = [[f"motor.{n}.holding_stiffness={stiffness}" for n in (0, 1)] for stiffness in (20, 7)]
-REFERENCES = [
-    ("printer", (), 2000.0, "free", {0: 189.6749, 1: 848.658}, None),
-    ("corexy", (), 210.0, "free", {3: 138.18, 4: 200.20}, None),
-    ("corexy", (), 100.0, "held", {0: 61.0, 1: 88.6}, None),
-    ("corexy", HOLDING[0], 100.0, "holding", {0: 57, 1: 83}, None),
-    ("corexy", HOLDING[1], 100.0, "holding", {0: 51, 1: 72}, None),
-    ("elevator", (), 15.0, "free", {0: 3.75, 1: 8.07, 2: 11.10}, None),
-    ("serpentine", (), 250.0, "free", {0: 75.6, 1: 92.0, 2: 157.2}, 6),
-    ("serpentine", ["route.belt.speed=25"], 300.0, "free", {}, 8),
-    ("serpentine", ["route.belt.speed=40"], 150.0, "free", {}, 6),
-    ("finger", (), 1000.0, "free", {}, 4),
-]
-
-
-@pytest.mark.parametrize(("name", "overrides", "below", "motor", "expected", "number"), REFERENCES)
-def test_reference_machines_have_their_frequencies(name, overrides, below, motor, expected, number):
-    found = coupled(route(name, *overrides), below, motor=motor)
-    for place, frequency in expected.items():
-        digits = len(f"{frequency}".partition(".")[2])
-        assert found[place] == pytest.approx(frequency, abs=0.6 * 10.0**-digits)
-    assert number in (None, len(found))
 
 
 def test_parallel_ropes_have_modes_against_each_other():

@@ -92,14 +92,6 @@ def test_continuation_finds_the_fold_of_the_closed_form(kind, measured):
     assert np.sum(np.abs(complex_of(folds[0].state)[1:]) ** 2) == pytest.approx(squared, rel=1e-6)
 
 
-def test_fold_lies_well_below_the_threshold():
-    """Without cubic terms, c = Gamma = 2, delta = 5, delta_1 = 6: 2.8 times below."""
-    c = settings(2.0, 2.0, 5.0, 6.0, 1e-3, cubic=False)
-    threshold = np.hypot(1.0, 6.0) * np.hypot(1.0, 5.0) / float(c.pump[0])
-    assert threshold / averaging.fold(c, "one")[0] == pytest.approx(2.8, abs=0.05)
-    assert averaging.fold(c, "one")[0] * float(c.pump[0]) == pytest.approx(abs(2 * 6 + 5 * 2) / 2, rel=1e-12)
-
-
 def test_continuation_finds_the_hopf_point_of_the_closed_form(measured):
     c = settings(0.83, 4.12, 2.83, -4.86, 1e-3, cubic=False)
     force = hopf_torque_force(c)
@@ -238,13 +230,6 @@ def test_start_map_reproduces_the_motion_at_rest(second):
     assert abs(found.q) < 1e-14
     assert np.max(np.abs(found.a_rate)) < 1e-10 * 250
     assert abs(found.q_rate) < 1e-11
-
-
-def test_a_pluck_at_rest_starts_from_a_real_pulley_amplitude():
-    """Q(0) cancels the static rotation lq a^2 / (2 W^2): starting from zero would miss it."""
-    c = averaging.averaged_coefficients(autoparametric_model(TUNED))
-    state = averaging.plucked(c, [4e-3, 0.0])
-    assert state[0].real == pytest.approx(c.offset[0] * 16e-6, rel=0.02)
 
 
 def test_stretch_of_a_triangle_beyond_its_first_mode():

@@ -236,13 +236,6 @@ def _at_the_carriage(x):
     return np.maximum(0.0, 1.0 - np.abs(x / 0.2511285662 - 1.0) * 30.0)
 
 
-def test_a_start_may_be_slack_already_where_that_is_allowed():
-    squeezed = Pluck(height=-0.02, plane="u", shape="sine-2")
-    allowed = Scheme(segments=40, slack="tension-only")
-    result = simulate(WEIGHTLESS, 0.01, start=Start(plucks=(squeezed,)), scheme=allowed)
-    assert result.slack_events[0].time == 0.0
-
-
 # --- The energy-conserving scheme through the public door: its budget, its limits
 TUNED = Sine(amplitude=0.02, frequency=81.6)
 BOTH_PLANES = (Pluck(height=1e-3, shape="half-sine"), Pluck(height=5e-4, plane="v", shape="half-sine"))

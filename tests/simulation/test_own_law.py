@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import cabledrive as cd
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
@@ -100,54 +99,6 @@ def test_a_law_of_the_same_formula_gives_the_same_motion_to_round_off(own, name,
     assert error < of_straight * 1e-10, f"midpoint: {error:.1e}"
     apart = abs(ours.energy_budget_error - theirs.energy_budget_error)
     assert apart < (1e-6 if options or drive is DAMPED else 1e-9), f"budget: {apart:.1e}"
-
-
-def chain_by_solve_ivp(law, angles, times):
-    """The free loop as differential equations in u of its nodes, gravity off, its pulleys on the rims."""
-    mesh = mesh_of(WEIGHTLESS, 12)
-    n = mesh.segments
-    mass = np.array(mesh.axial_mass[:-1])
-
-    def rates(_, state):
-        u, speed = np.split(state, 2)
-        ring = np.append(u, u[0])
-        zero = np.zeros(2 * n)
-        pull = law.components(np.diff(ring) / mesh.spacing, zero, zero)[0]
-        return np.concatenate([speed, (pull - np.roll(pull, 1)) / mass])
-
-    share = mesh.position[0] / mesh.position[0, -1]
-    rims = [angle * shaft.radius for angle, shaft in zip(angles, mesh.shafts, strict=False)]
-    u = np.concatenate([rims[0] + (rims[1] - rims[0]) * share, (rims[1] + (rims[0] - rims[1]) * share)[1:-1]])
-    found = solve_ivp(
-        rates,
-        (0.0, times[-1]),
-        np.concatenate([u, 0.0 * u]),
-        t_eval=times,
-        rtol=1e-9,
-        atol=1e-13,
-        method="DOP853",
-    )
-    return found.y[n] / mesh.shafts[1].radius
-
-
-WEIGHTLESS = replace(DRIVE, layout=replace(DRIVE.layout, gravity=0.0))
-
-
-@pytest.mark.parametrize("law", [Duffing, partial(Duffing, cubic=0.0, softer=0.5)], ids=["cubic", "bilinear"])
-def test_a_nonlinear_law_follows_the_differential_equations(law):
-    """Released from a twist of 0.1 rad; of second order: with a quarter of the step 16 times nearer."""
-    run = {"start": Start(load_angle=0.1), "recording": Recording(rate=5000.0)}
-    scheme, errors = Scheme(segments=12), []
-    linear = cd.simulate(WEIGHTLESS, 0.004, model="linear", scheme=scheme, **run)
-    theirs = chain_by_solve_ivp(cable_law(DRIVE.cable, law), (0.0, 0.1), linear.time)
-    for step in (8e-6, 2e-6):
-        ours = cd.simulate(WEIGHTLESS, 0.004, model=law, scheme=replace(scheme, step=step), **run)
-        errors.append(np.max(np.abs(ours.load_angle - theirs)) / 0.1)
-    apart = np.max(np.abs(linear.load_angle - theirs)) / 0.1
-    assert ours.interpreted == why_plain()
-    assert errors[1] < 1e-4, errors
-    assert errors[0] > 6.0 * errors[1], errors
-    assert apart > 100.0 * errors[1], f"the linear law is only {apart:.1e} apart"
 
 
 def test_a_law_entered_in_the_table_runs_as_itself(monkeypatch):

@@ -20,7 +20,6 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import (
     CarriageForce,
     Constant,
-    FromFunction,
     Multisine,
     Pluck,
     Recording,
@@ -34,7 +33,6 @@ from cabledrive.simulation import (
 from cabledrive.simulation.methods import largest_stable_step
 from cabledrive.simulation.signals import checked_signal, signal_of
 from cabledrive.simulation.start import place_at_start
-from oracles.catenary import catenary_sag
 
 DRIVE = load_drive("dissertation-2")
 LENGTH = DRIVE.pulley_distance
@@ -45,16 +43,6 @@ MOTORED = load_drive("dissertation-3")
 def displaced(*plucks, drive=DRIVE, segments=40, **start):
     mesh = mesh_of(drive, segments)
     return mesh, place_at_start(mesh, cable_law(drive.cable), Start(plucks=plucks, **start))[0]
-
-
-def test_a_triangle_has_its_corner_at_its_place():
-    """Section 5.2.1: straight from pulley to corner to pulley."""
-    mesh, x = displaced(Pluck(height=1e-3, place=0.25))
-    np.testing.assert_allclose(
-        x[2, :41], 1e-3 * np.interp(mesh.position[0] / LENGTH, [0, 0.25, 1], [0, 1, 0])
-    )
-    assert not x[:2].any()
-    assert not x[2, 41:].any()
 
 
 @pytest.mark.parametrize(("shape", "waves"), [("half-sine", 1), ("sine-2", 2), ("sine-5", 5)])
@@ -68,14 +56,6 @@ def test_a_named_pluck_ends_at_a_guided_carriage():
     mesh, x = displaced(Pluck(height=1e-3), drive=GUIDED)
     expected = np.interp(mesh.position[0] / LENGTH, [0, 0.25, 0.5, 1], [0, 0, 1, 0])
     np.testing.assert_allclose(x[2, :41], 1e-3 * expected, atol=1e-17)
-
-
-def test_a_run_from_equilibrium_starts_where_the_cable_hangs():
-    mesh, x = displaced(from_equilibrium=True)
-    assert x[2].min() == pytest.approx(-catenary_sag(DRIVE).midpoint, rel=1e-4)
-    _, plucked = displaced(Pluck(height=1e-3), from_equilibrium=True)
-    np.testing.assert_allclose(plucked[2, 20] - x[2, 20], 1e-3)
-    assert mesh.segments == 40
 
 
 @given(
@@ -232,14 +212,6 @@ def test_a_held_sample_begins_at_its_time_whatever_the_rounding():
     for steps in (3, 7, 17, 34):
         time = np.arange(0, 1000) * steps * (1.0 / 5000.0 / steps)
         np.testing.assert_array_equal(held.at(time), np.arange(1000.0))
-
-
-def test_numbers_and_functions_are_signals_too():
-    np.testing.assert_array_equal(signal_of(0.3, "torque").at(TIME), 0.3)
-    np.testing.assert_allclose(signal_of(np.sin, "torque").at(TIME), np.sin(TIME))
-    scalar_only = FromFunction(lambda t: 1.0 if t > 1.0 else 0.0)
-    np.testing.assert_array_equal(scalar_only.at(TIME), TIME > 1.0)
-    assert signal_of(Constant(1.0), "torque") == Constant(1.0)
 
 
 @pytest.mark.parametrize(

@@ -244,9 +244,3 @@ def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
         assert (out is None) == planar
         went = steps(plan, state, new_workspace(plan), tuple(inputs), plane, out)
         assert went == expected
-
-
-def test_a_drive_of_equal_segments_is_one_run_and_stops_divide_it():
-    assert taut_setting("loop", planar=True, speed=0.1)[0].runs.tolist() == [[0, 2 * TAUT_SEGMENTS]]
-    plan = taut_setting("carriage", planar=True, speed=0.1)[0]
-    assert plan.runs[1:, 0].tolist() == [plan.stop[0], TAUT_SEGMENTS]
