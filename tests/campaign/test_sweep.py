@@ -102,16 +102,6 @@ def test_a_table_is_read_row_by_row_with_its_units(sweep, tmp_path):
     assert data["lumped.cable_stiffness"].values.tolist() == [4000.0, 5000.0]
 
 
-def test_both_kinds_of_modes_equal_the_single_command(sweep):
-    vary = 'drive = "dissertation-2"\n[vary]\n"cable.pretension" = { values = ["4 N", "6 N"] }\n'
-    outputs = 'outputs = ["transverse_hz", "certified", "warnings"]'
-    _, data = sweep(vary + f'[compute]\nwhat = "modes"\ncount = 4\n{outputs}\n')
-    alone = answer("modes", "dissertation-2", "--set", "cable.pretension=4 N", "--count", "4")
-    across = [mode["frequency_hz"] for mode in alone["modes"] if mode["kind"] == "transverse"][:4]
-    np.testing.assert_allclose(data.transverse_hz[0], across, rtol=1e-12)
-    assert bool(data.certified[0] == 1) == alone["certified"]
-
-
 def test_a_tracked_row_equals_the_single_command_with_the_row_s_seed(sweep):
     text = 'drive = "dissertation-3"\n[vary]\n"plant.lumped.cable_stiffness" = { values = ["800 N/m"] }\n'
     text += '"motion.angle" = { values = ["20 deg"] }\n[motion]\nrise = "0.3 s"\ndwell = "0.1 s"\n'
@@ -142,13 +132,6 @@ def test_a_design_and_a_computation_of_one_s_own_are_taken(tmp_path):
     data = swept(tmp_path, text, design=Corners(), computation=Dangerous(str(tmp_path))).open().load()
     assert data["own.x"].values.tolist() == [0.0, 2.0, 4.0, 8.0]
     np.testing.assert_array_equal(data.square, data["own.x"] ** 2 + data.seed % 7)
-
-
-def test_a_number_of_pulses_that_is_not_whole_is_refused_in_its_row(tmp_path):
-    text = HEAD + '[vary]\nmotion.pulses = { values = [1.7] }\n[compute]\nwhat = "track"\n'
-    row = compute_rows(spec_of(tomllib.loads(text), tmp_path), 0, 1)
-    assert row["code"][0] == 2
-    assert "motion.pulses = 1.7 must be a whole number" in row["reason"][0]
 
 
 HEAD = 'drive = "dissertation-3"\n'

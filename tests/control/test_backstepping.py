@@ -155,12 +155,6 @@ def test_errors_obey_their_dynamics_to_eleven_digits(seed, measured):
     assert off <= 1e-11, f"observed {off}"
 
 
-def test_poles_of_the_errors_are_the_designed_ones():
-    """With cross gains of 1 against 157^2 the six poles stay at 25 Hz."""
-    hertz = np.abs(np.linalg.eigvals(backstepping.errors_matrix(LAW_OF_SIX, NOMINAL, 6))) / (2 * np.pi)
-    np.testing.assert_allclose(hertz, 25.0, rtol=0.03)
-
-
 def test_condition_holds_without_adaptation_and_fails_with_it():
     """D_z at rest: positive for gamma = 0; at the gamma that helps, negative over the motion."""
     time = np.asarray(INTERVAL * np.arange(2500), dtype=np.float64)

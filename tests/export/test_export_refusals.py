@@ -116,8 +116,3 @@ def test_a_copy_of_a_doubtful_law_stays_doubtful(study, tmp_path):
     cd.export_to(tmp_path / "firmware", study("no"), "c99", anyway=True)
     with pytest.raises(cd.InputRefused, match="its study is no"):
         cd.export_to(tmp_path / "again", tmp_path / "firmware", "c99")
-
-
-def test_the_law_of_a_study_that_says_yes_is_written_without_a_caution(study, tmp_path):
-    cd.export_to(tmp_path / "firmware", study("yes"), "c99")
-    assert "Caution" not in (tmp_path / "firmware" / "cabledrive_law.h").read_text()

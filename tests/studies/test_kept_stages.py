@@ -7,7 +7,7 @@ import pytest
 
 from cabledrive.app import finished_study
 from cabledrive.parameters.files import OWN_HASH, with_own_hash
-from cabledrive.studies.study.stage_cache import StageCache, as_plain, log_files
+from cabledrive.studies.study.stage_cache import StageCache
 
 
 @dataclass(frozen=True)
@@ -61,16 +61,6 @@ def test_a_stage_is_known_by_its_function_and_by_every_argument_that_it_is_given
     assert staged(tmp_path, argument=3.0) == Found(4.5)
     assert staged(tmp_path, twice, 2.0) == Found(4.0)
     assert CALLS == [2.0, 3.0, 2.0]
-
-
-def test_where_a_log_lies_is_no_part_of_what_it_is(tmp_path):
-    for folder, text in (("here", "1"), ("there", "1"), ("elsewhere", "2")):
-        (tmp_path / folder).mkdir()
-        (tmp_path / folder / "log.csv").write_text(text)
-    here, there, elsewhere = (
-        as_plain(log_files([tmp_path / folder / "log.csv"])) for folder in ("here", "there", "elsewhere")
-    )
-    assert here == there != elsewhere
 
 
 def test_results_are_a_finished_study_only_with_the_files_they_were_written_with(tmp_path):

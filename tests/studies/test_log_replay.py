@@ -187,12 +187,6 @@ def test_a_load_encoder_of_a_fifth_of_the_counts_ends_no_study_in_yes(tmp_path, 
     assert np.mean(worst <= reached) >= 0.95
 
 
-def test_encoders_as_the_file_has_them_are_no_finding(tmp_path):
-    found, sensors = known_of(tmp_path, truth_of(sheet()))
-    assert [one.id for one in found.findings] == []
-    assert sensors == sheet().sensors
-
-
 def test_a_delay_that_a_log_shows_is_a_finding_and_is_designed_for(tmp_path, measured):
     found, sensors = known_of(tmp_path, truth_of(sheet()), LATE)
     [finding] = [one for one in found.findings if one.id == "delay"]

@@ -8,7 +8,6 @@ from reproduction.averaged_against_exact import averaged_history
 from reproduction.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
 
 import cabledrive as cd
-from cabledrive.mechanics.datasheet import ELASTIC_RULE, largest_pretension
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
@@ -81,15 +80,6 @@ def test_sensitivities_are_derivatives():
     assert found["threshold_per_transverse_damping"] == pytest.approx(1 / 2.0, rel=0.01)
 
 
-def test_map_shows_the_drive_growing_inside_the_instability_region_and_not_outside():
-    drive = damped(2.0, 5.0)
-    found = growth_map(drive, torque=0.02, pretensions=[2.9, 3.28377, 3.9], torques=[0.0, 0.02, 0.04])
-    assert found.growth.shape == (3, 3)
-    assert found.growth[2, 1] > 10
-    assert np.all(found.growth[:, [0, 2]] < 1.5)
-    assert found.threshold[1] == pytest.approx(float(threshold_torque(autoparametric_model(drive))), rel=1e-3)
-
-
 def test_a_map_reaches_a_quarter_beyond_the_pretension_of_tuning_and_the_own_one():
     drive = replace(damped(2.0, 5.0), cable=replace(damped(2.0, 5.0).cable, pretension=5.0))
     found = growth_map(drive, torque=0.02, torques=[0.02], duration=0.05)
@@ -140,20 +130,6 @@ def test_damping_from_a_decay():
     assert abs(found.curvature) < 0.05
 
 
-@pytest.mark.parametrize("share", [0.05, 0.25, 0.5, 0.8])
-@pytest.mark.parametrize("length", [60.0, 90.0])
-def test_every_place_of_the_lift_has_a_summary_with_finite_numbers_or_reasons(share, length):
-    """Car and counterweight at mirrored places as well, where the torque reaches fewer modes."""
-    drive = cd.load_drive("elevator", overrides=[f"layout.span_length={length}"])
-    mirrored = replace(drive.carriage[1], position=share * length, coupled="")
-    drive = replace(drive, carriage=(replace(drive.carriage[0], position=share * length), mirrored))
-    found = resonance(drive)
-    names = ("frequency_ratio", "threshold_torque", "threshold_here", "growth_torque", "tuned_pretension")
-    values = {name: getattr(found, name) for name in names}
-    assert all(value is None or np.isfinite(value) for value in values.values()), values
-    assert all(pair.reason for pair in found.coupled if pair.threshold_torque is None)
-
-
 # --- No advice asks for a pretension that the cable cannot bear
 TORQUE = 0.01
 
@@ -164,13 +140,6 @@ def with_strain_limit(drive, limit):
 
 def raised(drive):
     return next(one for one in remedies(drive, TORQUE) if one.change == "raise pretension")
-
-
-@pytest.mark.parametrize("limit", [None, 0.004])
-def test_the_largest_pretension_strains_the_cable_to_the_end_of_its_range(limit):
-    drive = with_strain_limit(damped(2.0, 5.0), limit)
-    strained = largest_pretension(drive) / drive.cable.axial_rigidity
-    assert strained == pytest.approx(ELASTIC_RULE if limit is None else limit)
 
 
 def test_a_pretension_is_raised_within_the_elastic_range_only():
@@ -184,15 +153,6 @@ def test_a_pretension_is_raised_within_the_elastic_range_only():
     assert f"elastic range, up to {0.99 * free:.4g} N" in short.text
 
 
-def test_a_tuned_pretension_beyond_the_elastic_range_is_said_to_be_out_of_reach():
-    """A lift: an empty span would be tuned at 467 kN; its rope bears 246 kN."""
-    lift = cd.load_drive("elevator")
-    words = "above its elastic range"
-    reason = next(reason for reason in resonance(lift).reasons if words in reason)
-    assert "up to 2.46e+05 N" in reason
-    assert not any(words in reason for reason in resonance(cd.load_drive("dissertation-2")).reasons)
-
-
 # --- A spectrum shows sines with their own amplitude and frequency
 TIME = np.arange(4000) / 2000.0
 
@@ -204,11 +164,6 @@ def test_a_sine_shows_at_its_frequency_with_its_amplitude():
     top = np.argmax(amplitude)
     assert frequency[top] == pytest.approx(81.73, abs=0.51 * frequency[1]), frequency[top]
     assert amplitude[top] == pytest.approx(3.0, rel=5e-3), amplitude[top]
-
-
-def test_five_samples_have_no_spectrum():
-    with pytest.raises((cd.InputRefused, cd.NotComputed), match="spectrum of 5 samples"):
-        amplitude_spectrum(TIME[:5], TIME[:5])
 
 
 # --- Branches of steady motion where a steady load splits the spans, and beats beyond the Hopf point

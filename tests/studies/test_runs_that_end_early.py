@@ -125,15 +125,6 @@ def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_
     assert any("All 12 runs on lumped plants ended early" in str(getattr(b, "note", "")) for b in blocks)
 
 
-def test_where_some_last_the_answer_is_unknown_and_the_page_counts_them(some):
-    verdict = judged(some)
-    assert verdict.answer == "unknown", verdict
-    blocks = pictures(some)
-    (curve,) = [block for block in blocks if isinstance(block, Figure) and block.name == "peaks"]
-    assert f"{len(some.peaks)} of 12" in curve.alt
-    assert any("count as missed" in str(getattr(block, "note", "")) for block in blocks)
-
-
 def test_a_run_that_flies_apart_leaves_plain_numbers():
     """A law far too quick for its filter and a motor without limit: no infinity, nothing invented."""
     free = replace(WRIST, motor=replace(WRIST.motor, torque_limit=None))

@@ -94,15 +94,6 @@ def test_the_lower_end_of_the_confidence_interval_decides_and_nothing_else(studi
     assert judged(found, 1.0, inside[:299]).answer == "unknown", "a run that ended early is a miss"
 
 
-def test_without_a_goal_there_is_no_verdict_but_what_is_reached(studies):
-    found = studies(CASES[1])
-    verdict = judged(found, None, [1e-3 * k for k in range(1, 1001)], 1000)
-    assert verdict.answer == "unknown"
-    assert verdict.reasons[0].startswith("no error goal given; pd follows 60 deg in 0.3 s within ")
-    assert verdict.reached.error == pytest.approx(0.996), "four of 1,000 may miss"
-    assert (verdict.reached.share, verdict.reached.confidence) == (0.99, 0.95)
-
-
 def test_a_contradiction_with_the_data_sheet_makes_it_unknown(studies):
     """The same runs that hold the goal decide nothing where the log is of another machine."""
     found = studies(CASES[0])

@@ -1,7 +1,6 @@
 """Logs: streamed to disk under a name of the studio's, drawn by extremes that no pixel loses, checked."""
 
 import json
-from itertools import pairwise
 
 import numpy as np
 import pyarrow as pa
@@ -59,15 +58,6 @@ def test_no_extreme_is_lost_between_the_pixels(studio, long_log, start, end, poi
         low, high = np.array(one["low"], dtype=float), np.array(one["high"], dtype=float)
         assert np.nanmin(low) == np.nanmin(values[inside])
         assert np.nanmax(high) == np.nanmax(values[inside])
-
-
-def test_a_pixel_shows_its_own_rows(studio, long_log):
-    log, torque, _ = long_log
-    found = window(studio, log, points=10, start=10.0, end=11.0, column="torque")
-    edges = np.searchsorted(np.arange(ROWS) / RATE, [*found["x"], 11.0005])
-    for k, (first, last) in enumerate(pairwise(edges)):
-        assert found["series"][0]["low"][k] == torque[first:last].min()
-        assert found["series"][0]["high"][k] == torque[first:last].max()
 
 
 @pytest.mark.parametrize(("unit", "second"), [("s", 1.0), ("ms", 1000.0)])

@@ -11,20 +11,11 @@ import pytest
 
 from cabledrive.parameters import drive_text, load_drive, packaged_drives, packaged_text
 from cabledrive.parameters.drive_file import drive_from_text
-from cabledrive.report.typesetting import typeset_words
 from cabledrive.rig import track
 from cabledrive.rig.setting import Motion
-from cabledrive.studies.resonance import resonance
 from cabledrive.studio.control_view import spectrum
 from cabledrive.studio.form import text_with
 from command import call
-
-
-def test_the_resonance_page_says_the_verdict_of_the_command(studio):
-    page = studio.get("/resonance?drive=dissertation-2&torque=10+mN*m").text
-    found = resonance(load_drive("dissertation-2"), torque=0.01)
-    assert f">{found.verdict}</span>" in page
-    assert all(typeset_words(words)[:40] in page.replace("&#39;", "'") for words in found.reasons)
 
 
 @pytest.mark.parametrize("name", packaged_drives())
@@ -41,19 +32,6 @@ def test_every_view_of_every_packaged_machine_shows_something_or_says_in_a_sente
         page = studio.get(f"{view}?drive={name}").text
         assert 'class="problem"' not in page
         assert 'role="alert">' not in page.replace('role="alert" hidden', "")
-
-
-def test_curves_of_a_law_are_those_of_track(studio):
-    asked = "drive=dissertation-3&law=pd&bandwidth=20+Hz&angle=30+deg&rise=0.2+s&dwell=0.1+s"
-    found = studio.get(f"/control/part?{asked}").json()
-    motion = Motion(angle=30.0, rise=0.2, dwell=0.1)
-    run = track(load_drive("dissertation-3"), controller="pd", bandwidth=20.0, motion=motion)
-    assert found["rows"][0]["peak_error_deg"] == run.summary["peak_error_deg"]
-    curve = found["curves"][0]
-    places = np.searchsorted(run.time, np.array(curve["time"]) - 1e-12)
-    np.testing.assert_allclose(curve["error"], np.degrees(run.error[places]), rtol=0, atol=1e-12)
-    assert np.abs(curve["error"]).max() == pytest.approx(np.degrees(np.abs(run.error).max()), rel=1e-12)
-    assert "--controller=pd --bandwidth=20 --angle=30" in found["command"]
 
 
 def test_a_switched_on_disturbance_is_that_of_the_command(studio):
@@ -87,19 +65,6 @@ def test_a_measured_response_stands_over_the_computed_one(studio):
     assert "No computed response" in refused["words"]
 
 
-def test_control_lists_the_laws_of_the_machine_and_resonance_a_command_that_runs(studio):
-    """A printer has its open loops and the law of a rigid joint; a machine with routes has no map."""
-    pages = (studio.get(f"/control?drive={name}").text for name in ("corexy", "dissertation-3"))
-    printer, turntable = (page.partition("<summary>all laws")[0] for page in pages)
-    assert all(f'value="{law}"' in printer for law in ("stepper", "stepper-shaped", "darc-3-damped", "lqg"))
-    assert 'value="darc-4-damped"' not in printer
-    assert 'value="stepper"' not in turntable
-    asked = "drive=corexy&law=stepper-shaped&rise=0.1+s&dwell=0.05+s&bandwidth=20+Hz"
-    assert studio.get(f"/control/part?{asked}").json()["rows"][0]["law"] == "stepper-shaped"
-    assert "--map" not in studio.get("/resonance?drive=corexy").text
-    assert "--map" in studio.get("/resonance?drive=dissertation-2").text
-
-
 def test_the_spectrum_is_that_of_the_error_in_degrees(studio):
     """Of two tones the amplitudes; of a load at rest what an axis of powers of ten can show."""
     run = track(
@@ -111,13 +76,6 @@ def test_the_spectrum_is_that_of_the_error_in_degrees(studio):
     assert frequency[np.argmax(amplitude)] == pytest.approx(40.0, abs=0.2)
     found = studio.get("/control/part?drive=corexy&law=stepper&rise=0.1+s&dwell=0.3+s").json()["curves"][0]
     assert 0.0 < min(found["amplitude"]) <= max(found["amplitude"]) < 0.1
-
-
-def test_a_place_relative_to_the_shaft_has_a_slider_that_begins_at_its_length(studio):
-    """The car of the lift stands at half of its shaft of 42 m less 1 m; the shaft stretched moves it."""
-    for asked, metres in (("", 20), ("&set=shaft%3D60+m", 29)):
-        page = studio.get(f"/machine?drive=lift-2-to-1{asked}").text
-        assert f'data-slider="car.y" data-number="{metres}.0" data-unit="m"' in page
 
 
 # --- Open and see: the page of a machine shows what the commands print, and refuses as the reader does
