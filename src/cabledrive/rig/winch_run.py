@@ -20,7 +20,7 @@ from cabledrive.mechanics.compiled import njit, njit_part
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
-from cabledrive.rig.closed_loop.chain_kernels import counted
+from cabledrive.rig.closed_loop.chain_kernels import counted, rubbed
 from cabledrive.rig.plant_samples import error_words, share_low
 from cabledrive.rig.winch_plan import Setup, held_tensions, lines_along
 
@@ -126,21 +126,18 @@ def move(m: TwoMotors, body: Moving, h: float, torque: Array, force: Array) -> N
     along, tension, v, turn = body.along, body.tension, body.v, body.turn
     for j in range(v.size):
         total = m.force[j] + force[j] - along[0, j] * tension[0] - along[1, j] * tension[1]
-        v[j] = rubbed(v[j], total, m.mass[j], m.viscous[j], m.coulomb[j], h)
+        v[j] = held_back(v[j], total, m.mass[j], m.viscous[j], m.coulomb[j], h)
         body.q[j] += h * v[j]
     for i in range(2):
         total = torque[i] - m.drum[i] * tension[i]
-        turn[i] = rubbed(turn[i], total, m.inertia[i], m.turning_viscous[i], m.turning_coulomb[i], h)
+        turn[i] = held_back(turn[i], total, m.inertia[i], m.turning_viscous[i], m.turning_coulomb[i], h)
         body.angle[i] += h * turn[i]
 
 
 @njit_part
-def rubbed(speed: float, force: float, mass: float, viscous: float, coulomb: float, h: float) -> float:
+def held_back(speed: float, force: float, mass: float, viscous: float, coulomb: float, h: float) -> float:
     """Speed after a step under a force, with friction that holds what it can hold."""
-    free = mass * speed + h * force
-    held = h * coulomb
-    left = free - held if free > held else (free + held if free < -held else 0.0)
-    return left / (mass + h * viscous)
+    return rubbed(mass * speed + h * force, h * coulomb) / (mass + h * viscous)
 
 
 @described

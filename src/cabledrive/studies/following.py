@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,29 @@ TOUCHING = 1e-9
 _GUARDS = 2
 _SMALLEST_STEP = 1e-12
 _MOST_STATIONS = 20_000
+Modes = TypeVar("Modes")
+
+
+def followed(
+    start: Modes, values: Sequence[float] | Array, step: Callable[[Modes, float, float], tuple[Modes, bool]]
+) -> list[tuple[float, Modes]]:
+    """Follow modes from the first of ``values`` to the last: every value that is stepped on, and its modes.
+
+    ``step`` takes modes from one value to another, and says whether that may stand; else half of it is tried.
+    """
+    path = [(float(values[0]), start)]
+    for value in values[1:]:
+        targets = [float(value)]
+        while targets:
+            before, here = path[-1]
+            there, stands = step(here, before, targets[-1])
+            if stands:
+                path.append((targets.pop(), there))
+            elif len(path) > _MOST_STATIONS:
+                raise NotComputed(f"modes are not followed beyond {before:.9g}: more than 20 000 steps")
+            else:
+                targets.append(0.5 * (before + targets[-1]))
+    return path
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,24 +96,13 @@ class Follower:
     def path(self, values: Array, curves: int) -> list[Station]:
         """Follow the first modes from the first of ``values`` to the last, one station for each substep."""
         first = self.modes_at(float(values[0]), curves)
-        here = _part(first, np.arange(curves))
-        stations = [here]
         smallest = _SMALLEST_STEP * max(abs(float(values[0])), abs(float(values[-1])))
-        for value in values[1:]:
-            targets = [float(value)]
-            while targets:
-                there, sure = self.step(here, targets[-1])
-                if sure or abs(targets[-1] - here.value) <= smallest:
-                    here = there
-                    stations.append(here)
-                    targets.pop()
-                elif len(stations) > _MOST_STATIONS:
-                    raise NotComputed(
-                        f"modes are not followed beyond {here.value:.9g}: more than 20 000 steps"
-                    )
-                else:
-                    targets.append(0.5 * (here.value + targets[-1]))
-        return stations
+
+        def step(here: Station, start: float, end: float) -> tuple[Station, bool]:
+            there, sure = self.step(here, end)
+            return there, sure or abs(end - start) <= smallest
+
+        return [station for _, station in followed(_part(first, np.arange(curves)), values, step)]
 
     def step(self, here: Station, value: float) -> tuple[Station, bool]:
         """Follow from a station to another value: where it leads, and whether there is no doubt.

@@ -6,13 +6,14 @@ along them for longitudinal modes and across for transverse ones,
 .. math:: \mathrm{MAC}_{ij} = \frac{(\phi_i\cdot\psi_j)^2}{(\phi_i\cdot\phi_i)\,(\psi_j\cdot\psi_j)}
 
 so that the sum over all pairs is largest. Where a pair falls below a limit, or two exchange their shapes,
-poses half-way are looked at.
+half of the step is tried (`cabledrive.studies.following.followed`).
 """
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import pairwise
 from math import pi
 from operator import attrgetter
 from typing import Any
@@ -29,6 +30,7 @@ from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.following import followed
 from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, WAYS, turns_of, waves_of
 
 _Key = tuple[str, str, int]
@@ -160,9 +162,9 @@ def _along_shapes(network: Network, along: Sequence[Mode]) -> Array:
 Match = NDArray[np.intp]
 
 SURE = 0.6
-"""Modal assurance from which a pair is the same mode."""
-HALVINGS = 3
-"""How often the way between two poses is halved in search of the modes."""
+"""Modal assurance from which a pair is the same mode: displacements are not weighed by mass here."""
+SMALLEST = 0.125
+"""Share of the way between two poses below which it is not halved any more in search of the modes."""
 _SAME_NAME = 1e-3
 
 
@@ -195,45 +197,37 @@ def tracked(
     snapshots: list[Snapshot], between: Callable[[float], Snapshot]
 ) -> tuple[list[Snapshot], list[str]]:
     """Snapshots whose modes stand in the order of the first, and which of them stay ambiguous."""
-    found, doubts, half_way = list(snapshots), list[str](), cache(between)
+    found, doubts, half_way = snapshots, dict[str, None](), cache(between)
     for kind, name in _SHAPES.items():
-        shape: Callable[[Snapshot], Array] = attrgetter(name)
-        same = np.arange(shape(snapshots[0]).shape[1])
-        order, ones = same, np.ones(same.size)
-        for number, one in enumerate(snapshots[1:], 1):
-            before = snapshots[number - 1]
-            match, unsure = _followed(shape, (before, one), (number - 1.0, float(number)), half_way, HALVINGS)
-            for i in unsure:
-                span, plane, count = before.keys[i] if kind == "across" else ("", "", i + 1)
+        path = _path(kind, attrgetter(name), found, half_way)
+        for (before, here), (_, there) in pairwise(path):
+            for i in matched(getattr(here, name), getattr(there, name))[1]:
+                span, plane, count = here.keys[i] if kind == "across" else ("", "", i + 1)
                 what = f"mode {count} of {span} ({plane})" if span else f"longitudinal mode {count}"
-                doubts.append(f"{what} between poses {number} and {number + 1}")
-            order = match[order]
-            own = rearranged(found[number], kind, order, ones)
-            facing = np.sum(shape(own) * shape(found[number - 1]), axis=0)
-            found[number] = rearranged(own, kind, same, np.where(facing < 0.0, -1.0, 1.0))
-    return found, doubts
+                doubts[f"{what} between poses {int(before) + 1} and {int(before) + 2}"] = None
+        found = [one for place, one in path if place % 1.0 == 0.0]
+    return found, list(doubts)
 
 
-def _followed(
-    shape: Callable[[Snapshot], Array],
-    both: tuple[Snapshot, Snapshot],
-    ends: tuple[float, float],
-    between: Callable[[float], Snapshot],
-    halvings: int,
-) -> tuple[Match, list[int]]:
-    """Where each mode of a pose is in the next one, and which are not sure; halved where that helps."""
-    (first, last), middle = both, 0.5 * sum(ends)
-    match, unsure = matched(shape(first), shape(last))
-    stay = not unsure and bool(np.all(match == np.arange(match.size)))
-    if stay or halvings == 0:  # an exchange may be a crossing, or modes that turn into each other
-        return match, unsure
-    half = between(middle)
-    if shape(half).shape[1] != match.size:  # another mode lies between them there
-        return match, unsure
-    here, before = _followed(shape, (first, half), (ends[0], middle), between, halvings - 1)
-    there, behind = _followed(shape, (half, last), (middle, ends[1]), between, halvings - 1)
-    back = np.argsort(here)
-    return there[here], sorted({*before, *(int(back[i]) for i in behind)})
+def _path(
+    kind: str, shape: Callable[[Snapshot], Array], poses: list[Snapshot], between: Callable[[float], Snapshot]
+) -> list[tuple[float, Snapshot]]:
+    """Poses, and those between that are stepped on, with their modes of a kind in the order of the first."""
+    size = shape(poses[0]).shape[1]
+
+    def at(place: float) -> Snapshot:
+        return between(place) if place % 1.0 else poses[int(place)]
+
+    def step(here: Snapshot, start: float, end: float) -> tuple[Snapshot, bool]:
+        there = at(end)
+        order, unsure = matched(shape(here), shape(there))
+        facing = np.sum(shape(here) * shape(there)[:, order], axis=0)
+        stands = not unsure and bool(np.all(order == np.arange(size)))
+        # An exchange may be a crossing, or modes that turn into each other; half-way there may be another.
+        stands = stands or end - start <= SMALLEST or shape(at(0.5 * (start + end))).shape[1] != size
+        return rearranged(there, kind, order, np.where(facing < 0.0, -1.0, 1.0)), stands
+
+    return followed(poses[0], range(len(poses)), step)
 
 
 def matched(first: Array, last: Array) -> tuple[Match, list[int]]:
