@@ -27,8 +27,8 @@ from cabledrive.parameters.route.drive import require_two_pulleys
 if TYPE_CHECKING:
     import xarray as xr
 
-DECISIVE = 0.75
-"""Squared overlap (MAC) from which two shapes are the same mode."""
+DECISIVE = 0.6
+"""Squared overlap (MAC) from which two shapes are the same mode, of loops and of routes."""
 
 TOUCHING = 1e-9
 """Relative gap of two frequencies below which curves that change order cross."""

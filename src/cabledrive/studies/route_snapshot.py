@@ -30,7 +30,7 @@ from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.studies.following import followed
+from cabledrive.studies.following import DECISIVE, followed
 from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, WAYS, turns_of, waves_of
 
 _Key = tuple[str, str, int]
@@ -161,8 +161,6 @@ def _along_shapes(network: Network, along: Sequence[Mode]) -> Array:
 
 Match = NDArray[np.intp]
 
-SURE = 0.6
-"""Modal assurance from which a pair is the same mode: displacements are not weighed by mass here."""
 SMALLEST = 0.125
 """Share of the way between two poses below which it is not halved any more in search of the modes."""
 _SAME_NAME = 1e-3
@@ -241,4 +239,4 @@ def matched(first: Array, last: Array) -> tuple[Match, list[int]]:
     _, match = linear_sum_assignment(-(assurance + _SAME_NAME * np.eye(first.shape[1])))
     rows = np.arange(match.size)
     pair, both = assurance[rows, match], listed[rows, match]
-    return match, [int(i) for i in np.flatnonzero(both & (pair < SURE))]
+    return match, [int(i) for i in np.flatnonzero(both & (pair < DECISIVE))]
