@@ -42,13 +42,6 @@ def test_ideal_states_leave_the_error_of_the_law_itself(controller, expected):
     assert said["peak_error_deg"] == pytest.approx(expected, abs=0.002)
 
 
-def test_leaving_out_the_cable_damping_is_what_limits_the_printed_law():
-    """Without b_c in the plant the printed Model 4 keeps 0.034 of its 0.078 deg."""
-    undamped = replace(DRIVE, lumped=replace(DRIVE.lumped, cable_damping=0.0))
-    found = track(DRIVE, controller="darc-4", plant_drive=undamped, options=IDEAL).summary["peak_error_deg"]
-    assert found == pytest.approx(0.034, abs=0.003)
-
-
 def test_result_does_not_depend_on_the_internal_step(measured):
     one = track(DRIVE, controller="darc-4", options=IDEAL)
     ten = track(DRIVE, controller="darc-4", options=replace(IDEAL, substeps=10))
@@ -113,16 +106,6 @@ def test_poles_on_the_true_plant_are_those_designed_only_with_damping():
     assert found[-1] == (pytest.approx(28.3, abs=0.1), pytest.approx(0.34, abs=0.02))
 
 
-@pytest.mark.parametrize(
-    "controller, limit", [("pd", 0.11), ("pid", 0.12), ("lqg", 0.06), ("dob", 0.2), ("shaper", 7.0)]
-)
-def test_baselines_follow_with_the_feedforward_they_tell(controller, limit):
-    said = track(DRIVE, controller=controller, options=CENTRED).summary
-    assert said["peak_error_deg"] < limit, f"observed {said['peak_error_deg']:.4f} deg"
-    assert said["gains"]["feedforward"]
-    assert said["theory_bound_deg"] is None
-
-
 def test_friction_of_the_load_is_learnt_beside_the_cable(measured):
     """0.02 N m of Coulomb friction at the load: beta was 11 % low, and learning made the law worse."""
     rubbing = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.02"])
@@ -149,13 +132,6 @@ def test_a_load_that_is_pushed_teaches_nothing():
     ).summary["learnt"]
     assert said["used"] is False
     assert "does not obey it" in said["used_reason"], said["misfit"]
-
-
-def test_a_pulse_of_one_degree_teaches_nothing_and_changes_nothing():
-    said = track(DRIVE, controller="darc-indirect", motion=replace(SHORT, angle=1.0, pulses=2)).summary
-    assert said["learnt"]["used"] is False
-    assert "beta" not in said["gains"]
-    assert track(DRIVE, controller="darc-indirect", motion=SHORT).summary["learnt"] is None
 
 
 DRIVE_SIDE = RigOptions(feedback="drive", forbid_slack=False)
@@ -209,14 +185,6 @@ def test_a_flexible_joint_in_the_model_leaves_less_at_every_angle_and_rise(angle
     )
     measured(f"Model 3 {three['peak_error_deg']:.4f}, Model 4 {four['peak_error_deg']:.4f} deg")
     assert four["peak_error_deg"] < three["peak_error_deg"]
-
-
-def test_table_and_picture_of_a_run_hold_its_error():
-    found = track(DRIVE, controller="pd", options=CENTRED, motion=SHORT)
-    table, figure = found.to_dataframe(), found.plot()
-    assert np.degrees(table["error"].abs().max()) == pytest.approx(found.summary["peak_error_deg"])
-    np.testing.assert_array_equal(table.index, found.time)
-    assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(np.degrees(found.error.max()))
 
 
 def test_without_a_load_encoder_the_stretch_under_the_loads_friction_is_not_seen():

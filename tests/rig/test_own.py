@@ -73,17 +73,6 @@ def test_a_pd_in_plain_python_is_the_packaged_pd(options, settings, measured):
         assert own.summary[key] == pytest.approx(packaged.summary[key], abs=1e-9), key
 
 
-def test_a_controller_with_memory_is_the_packaged_pid():
-    drive = cd.load_drive("dissertation-3")
-    packaged = track(drive, controller="pid", bandwidth=2.0, motion=SHORT)
-    law = pid_law(CHAIN, 2.0, packaged.summary["gains"]["notch_hz"], INTERVAL)
-    own = cd.OwnController(
-        step=with_memory, gains=(law.matrix, law.rows[0]), initial_state=np.zeros(3), sample_time=INTERVAL
-    )
-    found = largest(packaged.torque, track(drive, controller=own, motion=SHORT).torque)
-    assert found < 1e-9, f"observed {found:.1e} N m"
-
-
 def test_readings_come_in_counts_and_the_wanted_motion_with_its_derivatives():
     seen = []
 

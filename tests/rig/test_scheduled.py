@@ -13,7 +13,6 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, Payload, RigOptions, track
 from cabledrive.rig.bounds import Segment, switched_tube
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run, with_plant
-from cabledrive.rig.laws.baselines import inverse_of
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
 from cabledrive.rig.laws.registry import CONTROLLERS
@@ -63,16 +62,6 @@ def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced(measured
     measured(f"{torque:.1e} N m, {np.abs(ours.log[:, :3] - theirs.log[:, :3]).max():.1e} rad")
     np.testing.assert_allclose(ours.log[:, command], theirs.log[:, command], atol=1e-6)
     np.testing.assert_allclose(ours.log[:, :3], theirs.log[:, :3], atol=1e-8)
-
-
-@pytest.mark.parametrize("load", [0.5, 1.0, 2.37])
-def test_the_columns_of_the_reference_give_the_exact_inverse_of_any_load(load):
-    spec = DesignSpec(DRIVE, TWO, bandwidth=HERTZ)
-    chain = replace(with_load(spec.model(4), load), coulomb=(0.0,) * 3)
-    table = CONTROLLERS[SCHEDULED](spec).reference
-    wanted = spec.rows(inverse_of(spec, chain))
-    found = table[:, :7] + (load - 1.0) * table[:, 7:14]
-    np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
 
 
 def test_between_the_points_the_disk_margin_is_that_of_lqi_designed_there(measured):

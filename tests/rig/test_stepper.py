@@ -39,27 +39,6 @@ def test_the_load_is_that_of_the_whole_machine_on_its_magnetic_spring(measured):
     assert off < 0.05 * wave
 
 
-def test_at_a_constant_acceleration_the_rotor_lags_by_inertia_over_stiffness():
-    run = cd.track(printer(), controller="stepper", motion=Motion(angle=90.0, rise=0.5, dwell=0.1))
-    axis = run.summary["axis"]
-    lag = run.reference - run.angles[:, 0]
-    acceleration = np.gradient(np.gradient(run.reference, run.time), run.time)
-    middle = slice(1000, 4000)
-    expected = sum(axis["inertias"]) * acceleration / 20.0
-    np.testing.assert_allclose(lag[middle], expected[middle], atol=0.03 * np.abs(expected).max())
-
-
-def test_a_shaper_leaves_the_mode_at_rest():
-    plain, shaped = (
-        cd.track(printer(), controller=name, motion=QUICK) for name in ("stepper", "stepper-shaped")
-    )
-    after = (plain.time > 0.03 + 0.02) & (plain.time < 0.15)
-    assert np.abs(shaped.error[after]).max() < 0.1 * np.abs(plain.error[after]).max()
-    assert shaped.summary["gains"]["shaper_hz"] == pytest.approx(
-        cd.natural_frequencies(printer(), count=1)[0], rel=0.02
-    )
-
-
 def test_a_push_beyond_the_field_loses_steps():
     """Beyond a quarter of a period the rotor falls behind, and comes to rest whole periods away."""
     push = Disturbance(torque=-0.3, start=0.1, end=0.107, on="motor")
