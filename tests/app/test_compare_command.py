@@ -1,12 +1,10 @@
 """`cabledrive compare`: its files and keys, its refusals, a second run from what is kept."""
 
-import json
 import time
 
 import pytest
 
 from cabledrive.rig import trial
-from cabledrive.rig.laws.registry import CONTROLLERS
 from command import answer, refusal
 
 ASKED = "compare dissertation-3 --controllers lqg,lqi-learning --draws 3 --rise 0.4 --dwell {}"
@@ -17,28 +15,6 @@ FEW = ASKED.format("0.1").split()
 def finished(tmp_path_factory):
     out = tmp_path_factory.mktemp("compare") / "out"
     return out, answer(*FEW, "-o", out)
-
-
-def test_json_and_files_have_what_the_contract_promises(finished):
-    out, found = finished
-    assert {one["name"] for one in found["controllers"]} == {"lqg", "lqi-learning"} <= set(CONTROLLERS)
-    for one in found["controllers"]:
-        assert 0.0 < one["median_deg"] <= one["worst_deg"]
-        assert 0.0 <= one["share_low"] <= one["share_within"] <= 1.0
-        assert 0.0 < one["torque_ripple"] <= found["limits"]["torque_ripple"]
-        assert one["disk_margin"] >= found["limits"]["disk_margin"]
-        assert one["peak_torque"] > 0.0
-        assert one["gain_margin"] > 1.0
-        assert one["phase_margin_deg"] > 0.0
-        assert one["tuning_seconds"] > 0.0
-        assert one["runs"] == 3
-    assert found["best"] == found["controllers"][0]["name"]
-    written = json.loads((out / "results.json").read_text())
-    assert written["controllers"] == found["controllers"]
-    assert written["provenance"]["drive_hash"]
-    page = (out / "report.html").read_text()
-    assert "lqi-learning" in page
-    assert "http" not in page.replace("http://www.w3.org", "")
 
 
 def test_the_same_command_goes_on_from_what_is_kept_and_another_does_not_replace_it(finished):

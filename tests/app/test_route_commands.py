@@ -12,25 +12,6 @@ from command import answer, call, the_line
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 
 
-def test_check_lists_every_span_with_length_wrap_and_tension():
-    found = answer("check", str(ROUTES / "printer.toml"))
-    names = [row["name"] for row in found["spans"]]
-    assert names == [
-        "left clamp to motor",
-        "motor to lower idler",
-        "lower idler to upper idler",
-        "upper idler to right clamp",
-    ]
-    assert [row["length"] for row in found["spans"]] == pytest.approx([0.18, 0.4, 0.004732, 0.18])
-    wraps = [row["wrap"] for row in found["spans"]]
-    assert wraps[:3] == pytest.approx([np.pi, np.pi / 2, np.pi / 2])
-    assert wraps[3] is None
-    assert [row["tension"] for row in found["spans"]] == pytest.approx([30.0] * 4)
-    assert found["derived"]["lowest_frequency_free_hz"] == pytest.approx(189.6749, abs=1e-4)
-    assert found["derived"]["rigid_body_modes"] == 1
-    assert found["warnings"] == []
-
-
 def test_a_machine_is_simulated_at_the_command_line(tmp_path):
     out = tmp_path / "run.nc"
     asked = ("--duration", "1 ms", "--segments", "4", "--torque-amplitude", "0.05", "--torque-frequency", "0")

@@ -5,7 +5,6 @@ import os
 import shlex
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
@@ -17,7 +16,6 @@ from hypothesis import strategies as st
 import cabledrive as cd
 from cabledrive.app.main import main
 from cabledrive.app.results import Answer, json_text, plain, provenance
-from cabledrive.reduction import network_axis
 from command import answer, call, object_of, refusal, run, write_log
 from painted_marker import VirtualCamera, filmed
 from printer_logs import samples, write_densities
@@ -115,16 +113,6 @@ def unexplained(found):
         if key not in ("stages", "provenance"):  # as the classes of a study's stages and of methods have them
             for inner in value if isinstance(value, list) else [value]:
                 yield from unexplained(inner) if isinstance(inner, dict) else ()
-
-
-def test_of_two_axes_the_first_that_has_a_chain_is_taken(monkeypatch):
-    """A printer with its head in the middle has two; with one of them refused it is the other."""
-    drive = cd.load_drive("corexy", overrides=["head.x=0.21"])
-    first, second = network_axis.network_chains(drive)
-    assert network_axis.as_axis(drive).load == first.load
-    chains = (SimpleNamespace(load=first.load, refusal="none"), second)
-    monkeypatch.setattr(network_axis, "network_chains", lambda machine: chains)
-    assert network_axis.as_axis(drive).load == second.load
 
 
 def test_output_holds_the_same_object(tmp_path):

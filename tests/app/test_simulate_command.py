@@ -1,9 +1,6 @@
 """cabledrive simulate: what it answers, what it writes, how it ends."""
 
-import json
-
 import numpy as np
-import pytest
 import xarray
 
 from cabledrive.parameters import load_drive
@@ -12,7 +9,6 @@ from command import answer, call, object_of
 
 SHORT = ["--duration", "0.02", "--segments", "20"]
 FORCED = ["--torque-amplitude", "0.02", "--torque-frequency", "81.7"]
-HELD = ["--set", "pulley.1.fixed=true"]
 
 
 def test_the_command_is_a_few_lines_over_the_public_function(tmp_path):
@@ -37,37 +33,6 @@ def test_the_command_is_a_few_lines_over_the_public_function(tmp_path):
         np.testing.assert_array_equal(stored["load_angle"], result.load_angle)
         assert stored["field"].sizes["field_time"] == 21
     assert "prefers-reduced-motion" in page.read_text()
-
-
-def test_an_error_estimate_comes_with_the_answer_and_in_the_file(tmp_path):
-    options = (*SHORT, *FORCED, "--error-estimate", "-o", tmp_path / "run.nc")
-    found = answer("simulate", "dissertation-2", *options)["error_estimate"]
-    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as stored:
-        assert json.loads(stored.attrs["error_estimate"]) == found
-    assert found["segments"] == [20, 10, 5]
-    assert 0.0 < found["load_angle"]["relative"] < 0.1
-
-
-def test_a_load_that_does_not_move_has_no_relative_error():
-    """Without torque and pluck what the load turns by is rounding."""
-    found = answer("simulate", "dissertation-1", "--duration", "0.01", "--error-estimate")["error_estimate"]
-    assert (found["load_angle"]["error"] < 1e-14, found["load_angle"]["relative"]) == (True, 0.0)
-
-
-def test_slack_ends_the_run_with_status_3_and_keeps_what_was_found(tmp_path):
-    path = tmp_path / "run.nc"
-    options = ["--duration", "1", "--segments", "20", "--torque-amplitude", "0.5", "--torque-frequency", "0"]
-    done = call("simulate", "dissertation-2", *HELD, *options, "--json", "-o", path)
-    assert done.exit_code == 3
-    found = object_of(done.stdout)
-    event = found["slack_events"][0]
-    assert event["span"] == "upper"
-    assert found["steps"] * found["step"] == pytest.approx(event["time"])
-    assert done.stderr.splitlines()[-1].startswith("cabledrive: the upper span goes slack at t = ")
-    with xarray.open_dataset(path, engine="h5netcdf") as stored:
-        assert stored["time"][-1] <= event["time"]
-    allowed = answer("simulate", "dissertation-2", *HELD, *options, "--tension-only", "--duration", "0.1")
-    assert allowed["slack_events"]
 
 
 def test_a_picture_that_cannot_be_drawn_leaves_the_run_and_says_so(tmp_path, monkeypatch):

@@ -10,35 +10,12 @@ from command import answer, call, refusal
 FAST = ("--angle", "10", "--rise", "0.2", "--dwell", "0.05")
 
 
-def test_json_has_what_the_contract_promises():
-    found = answer("track", "dissertation-3", "--controller", "darc-4", *FAST)
-    assert found["plant"] == "model-4"
-    assert found["estimates_within_bounds"] is True
-    assert found["later_pulses_error_deg"] is None
-    assert found["provenance"]["seed"] == 0
-
-
 @pytest.mark.parametrize(("law", "asked", "least"), [("darc-2", "4", 12.0), ("darc-4", "8", 11.2)])
 def test_a_bandwidth_below_the_least_is_refused_in_one_line(law, asked, least, measured):
     line = refusal("track", "dissertation-3", "--controller", law, "--bandwidth", asked)
     named = float(re.search(r"below ([\d.]+) Hz", line)[1])
     measured(f"{law} is refused below {named:g} Hz")
     assert named == least
-
-
-def test_every_disturbance_of_the_rig_can_be_asked_for():
-    asked = (
-        *("--plant-set", "motor.backlash=0.5 deg", "--plant-set", "motor.current_bandwidth=200 Hz"),
-        *("--jitter", "10 us", "--disturbance", "load:20 mN m:0.1:0.2", "--disturbance", "motor:0.01:0.3"),
-        *("--blind", "load:0.1:0.102", "--tension-only"),
-    )
-    found = answer("track", "dissertation-3", "--controller", "darc-4-damped", *FAST, *asked)
-    assert found["backlash"] > 0.0
-    assert found["invalid_samples"] == 11
-    assert found["circumstances"]["jitter"] == pytest.approx(1e-5)
-    assert [one.get("end") for one in found["circumstances"]["disturbances"]] == [0.2, None]
-    broken = "; ".join(found["broken_assumptions"])
-    assert all(words in broken for words in ("backlash", "disturbance at the load", "a sensor failed"))
 
 
 def test_a_slack_span_ends_with_status_3_and_what_was_found():

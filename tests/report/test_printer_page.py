@@ -7,7 +7,7 @@ import pytest
 from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
-from cabledrive.identification.printer import belt_of, is_printer_file, printer, spectrogram
+from cabledrive.identification.printer import belt_of, is_printer_file, printer
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.log_page import write_log_report
 from cabledrive.report.printer_page import computed, printer_html
@@ -69,15 +69,6 @@ def test_the_page_has_the_modes_that_the_logs_were_made_of_beside_those_of_the_m
     assert re.search(r"loosen belt B", html)
     assert html.count('id="sweep-x-0"') == 1
     assert "sweep-y-0" not in html
-
-
-def test_the_sweep_of_a_spectrogram_is_the_one_that_was_run(folder):
-    time, frequency, level = spectrogram(folder / NAMES["x"])
-    strongest = frequency[np.argmax(level, axis=0)]
-    driven = 8.0 + 2.0 * time  # as tests/printer_logs.py sweeps
-    near = np.abs(strongest - driven) < 4.0
-    assert near.mean() > 0.8
-    assert spectrogram(folder / NAMES["y"]) is None
 
 
 def test_alike_belts_are_called_equally_tight(tmp_path):
