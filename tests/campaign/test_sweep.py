@@ -211,20 +211,6 @@ def test_rows_at_once_and_rows_one_by_one_are_the_same(sweep, monkeypatch):
             assert at_once[same].values.tolist() == singly[same].values.tolist()
 
 
-def test_keys_of_a_machine_with_routes_are_varied_by_name_and_its_head_is_moved(sweep):
-    text = 'drive = "corexy"\n[vary]\n"head.x" = { values = ["10 cm", "20 cm", "9 m"] }\n'
-    text += '"body.head.mass" = { values = ["0.3 kg", "0.4 kg", "0.4 kg"] }\n[design]\nkind = "list"\n'
-    found, data = sweep(text + '[compute]\nwhat = "modes"\ncount = 3\n')
-    assert (found["done"], found["refused"], found["failed"]) == (3, 1, 0)
-    moved = ["--set", "head.x=20 cm", "--set", "body.head.mass=0.4 kg"]
-    alone = answer("modes", "corexy", *moved, "--count", "3")
-    along = [mode for mode in alone["modes"] if mode["kind"] == "longitudinal"]
-    expected = np.repeat([m["frequency_hz"] for m in along], [m["multiplicity"] for m in along])[:3]
-    np.testing.assert_allclose(data.longitudinal_hz[1], expected, rtol=1e-9)
-    assert data["head.x"].attrs["units"] == "m"
-    assert "head.x" in str(data.reason.values[2])
-
-
 # --- A study as a row of a campaign is the study of the command
 SPEC_STUDY = """
 drive = "dissertation-3"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.controller_kernels import LAST_SAMPLE, new_target_state, start_target, target_step
+from cabledrive.control.controller_kernels import new_target_state, start_target, target_step
 from cabledrive.control.numbers import start_estimates
 from cabledrive.export.c99 import (
     commands_of,
@@ -153,15 +153,6 @@ def test_the_step_of_a_target_is_that_of_the_rig():
         lambda y, row: target_step(law.observer, law.law, law.torque_limit, state, y, row), 400,
     )  # fmt: skip
     np.testing.assert_allclose(found, rig, rtol=1e-6, atol=1e-11)
-
-
-def test_the_count_of_samples_never_runs_over():
-    law = source_of("darc-3").law
-    state = new_target_state(law.observer, law.law, law.late_samples)
-    state.controller.sample[0] = LAST_SAMPLE
-    y, row = np.zeros(len(law.encoders)), np.zeros((1, len(law.columns)))
-    target_step(law.observer, law.law, law.torque_limit, state, y, row)
-    assert state.controller.sample[0] == LAST_SAMPLE < 2**31
 
 
 def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):

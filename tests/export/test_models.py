@@ -9,7 +9,6 @@ import cabledrive as cd
 from cabledrive.export.descriptions import mjcf_files, modelica_files
 from cabledrive.export.source import lumped_models
 from cabledrive.reduction.lumped_chain import state_space
-from export.designs import shaper_json
 
 DRIVES = ("dissertation-2", "dissertation-3")
 
@@ -81,12 +80,3 @@ def test_the_equations_of_the_modelica_text_are_those_of_the_chain(name):
         wanted = (a @ np.concatenate((angle, speed)) + b @ torques)[n:]
         found = np.array([acceleration[i + 1] for i in range(n)])
         np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
-
-
-def test_klipper_gets_its_lines(tmp_path):
-    found = cd.export_to(tmp_path / "out", shaper_json(tmp_path), "klipper")
-    assert found["files"] == ["marlin.gcode", "printer.cfg"]
-    assert "shaper_freq_x: 48.3" in (tmp_path / "out" / "printer.cfg").read_text()
-    assert (
-        (tmp_path / "out" / "marlin.gcode").read_text().startswith("M593 X F48.3 D0.1 ; Marlin has ZV alone")
-    )

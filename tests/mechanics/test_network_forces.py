@@ -11,7 +11,6 @@ from cabledrive.mechanics.network import network_of, statics_of
 from cabledrive.mechanics.network.assembly import dynamic_stiffness, machine_response
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
-from cabledrive.modal.ranges import irvine_parameters
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
 from network_samples import route
@@ -230,15 +229,6 @@ pulley = [
 ]
 route = [{ name = "belt", path = ["+a", "+b"], closed = true, speed = "SPEED" }]
 """
-
-
-@pytest.mark.parametrize("pull", [2e3, 2e4])
-def test_a_level_span_has_the_parameter_of_irvine(pull):
-    """(q L / T)^2 EA / T, of a wire between two walls with the tension at rest."""
-    text = SLIDE.replace("RIGHT", "").replace("LOAD", f"{pull} N")
-    network = network_of(drive_from_text(text))
-    weight, tension = 0.2 * 9.81 * 4.0 / (1.0 + 1e3 / 1e5), network.statics.mean[0]  # cut for 1 kN
-    assert irvine_parameters(network)[0] == pytest.approx((weight / tension) ** 2 * 1e5 / tension, rel=1e-3)
 
 
 def test_a_wave_never_arrives_where_a_rope_is_slack_somewhere():

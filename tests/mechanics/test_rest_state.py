@@ -15,7 +15,6 @@ from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import gradients, mesh_of
 from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.mechanics.statics import equilibrium
-from oracles.catenary import catenary_sag
 
 
 def divided_tensions(drive, segments):
@@ -44,22 +43,6 @@ def test_tension_at_rest_is_the_limit_of_the_divided_cable(seed):
     found = np.array([stretch.mean_tension for stretch in rest_state(drive).stretches])
     error = np.abs(found / limit - 1).max()
     assert error < 1e-6, f"deviation {error:.2e}, seed {seed}"
-
-
-def test_level_span_between_held_ends_is_the_elastic_catenary():
-    drive = cd.load_drive("camera-line", overrides=["pulley.1.fixed=true"])
-    drive = replace(drive, carriage=())
-    (section,) = rest_state(drive).sections
-    sag = catenary_sag(drive)
-    assert section.stretches[0].force[0] == pytest.approx(sag.horizontal_tension, rel=1e-12)
-    assert section.sag == pytest.approx(sag.midpoint, rel=1e-8)
-
-
-def test_span_keeps_the_standing_torque_of_a_free_winch():
-    """A free pulley at the end of a line gives way until its pull along the line is the pretension."""
-    drive = cd.load_drive("camera-line")
-    last = rest_state(drive).stretches[-1]
-    assert last.force_at(np.array([last.end]))[0, 0] == pytest.approx(drive.cable.pretension, rel=1e-14)
 
 
 def test_steady_torque_splits_the_spans_of_a_loop():

@@ -32,27 +32,6 @@ def test_a_drive_as_a_route_has_all_its_modes_with_their_number(drive, motor):
     np.testing.assert_allclose(by_multiplicity(found.modes), by_multiplicity(expected.modes), rtol=1e-12)
 
 
-def test_parallel_ropes_have_modes_against_each_other():
-    """Six ropes of equal halves: n - 1 a span at each frequency of the held rope, both spans together."""
-    found = [mode for mode in cd.modes(route("elevator"), below=130.0).longitudinal if mode.clamped]
-    multiplicities = sorted(mode.multiplicity for mode in found)
-    assert multiplicities == [2, 10, 10]
-    rigidity, density = 65e9 * 30e-6, 0.22
-    assert found[0].frequency == pytest.approx(np.sqrt(rigidity / density) / 2 / 20.5, rel=1e-3)
-
-
-@pytest.mark.parametrize("share", [0.0, 0.35, 0.8])
-def test_a_running_string_between_held_ends(share):
-    """n pi (c^2 - v^2)/(c L), Archibald and Emslie 1958; here of the free span of a serpentine belt."""
-    wave_speed = np.sqrt(300.0 * (1 + 300.0 / 170e3) / 0.1029)
-    found = cd.modes(route("serpentine", f"route.belt.speed={share * wave_speed}"), below=300.0)
-    span = next(span for span in route("serpentine").free_spans if span.name == "accessory to crank")
-    listed = [mode.frequency for mode in found.modes if mode.span == span.name and mode.plane == "v"]
-    expected = np.arange(1, len(listed) + 1) * wave_speed * (1 - share**2) / 2 / span.length
-    assert len(listed) > 1
-    np.testing.assert_allclose(listed, expected, rtol=1e-12)
-
-
 def test_strain_energy_is_kinetic_energy():
     """What springs, turning bodies and spans store in a mode is what moves in it, row by row."""
     for name in ("printer", "serpentine", "finger"):

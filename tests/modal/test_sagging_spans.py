@@ -10,8 +10,6 @@ from parts import held, irvine_roots
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import span_rows
-from cabledrive.modal import elements
-from cabledrive.modal.elements import ACROSS
 from cabledrive.modal.natural import straight_modes
 from cabledrive.modal.ranges import AT_PULLEYS
 from cabledrive.parameters.route import Anchor, Rope, Route, RoutedDrive, RoutedMotor, RoutedPulley
@@ -150,16 +148,6 @@ def test_a_level_span_has_the_symmetric_modes_of_irvine_and_caughey(irvine):
     np.testing.assert_allclose(own, expected, rtol=1e-8 + 2e-10 * irvine)
 
 
-@pytest.mark.parametrize("bending", [0.0, 1e-4, 1e-8])
-def test_without_weight_a_hanging_rope_is_a_string_a_heavy_string_or_a_beam(bending):
-    tension = (1.0, 1.0 if bending else 1.7)
-    ends = 6 if bending else 4
-    hanging = rope_of(HangingRope(np.zeros((ends, 0)), 1.0, 1.0, 1e4, bending, tension, 0.0, 0.0))
-    half = hanging.start[1:]
-    across = elements.Rope(half, half, 1.0, hanging.hold, hanging.density, ((0, ACROSS),), bend=bending)
-    np.testing.assert_allclose(held(hanging, 18.0)[:4], held(across, 18.0)[:4], rtol=1e-11)
-
-
 def test_a_rope_that_is_fed_round_strains_nothing():
     """Between two free drums a sagging rope has its rigid motion; held at both, none."""
     free = replace(
@@ -189,38 +177,3 @@ def test_a_rope_that_sag_lifts_off_its_pulley_is_not_certified():
     found = cd.modes(drive, count=2)
     assert not found.certified
     assert "lifts the rope off wheel" in found.certified_reason
-
-
-def seen_from_its_other_end(drive):
-    """The same machine, every path written from its end to its start, with the same pull there."""
-    turned = {"+": "-", "-": "+"}
-    routes = tuple(
-        replace(
-            route,
-            path=tuple(turned.get(step[0], step[0]) + step[1:] for step in route.path[::-1]),
-            speed=-route.speed,
-        )
-        for route in drive.route
-    )
-    long = sum(span.length for span in drive.free_spans)
-    carriages = tuple(replace(one, position=long - one.position) for one in drive.carriage)
-    other = replace(drive, route=routes, carriage=carriages)
-    more = statics_of(drive).end[-1] - statics_of(other).start[0]
-    return replace(other, cable=replace(other.cable, pretension=other.cable.pretension + more))
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_a_rope_written_from_its_other_end_has_the_same_modes_and_rest(seed):
-    drive = random_machine(np.random.default_rng([77, seed]), 0.05)
-    other = seen_from_its_other_end(drive)
-    ours, theirs = statics_of(drive), statics_of(other)
-    np.testing.assert_allclose(theirs.start, ours.end[::-1], rtol=1e-12)
-    here, there = (sorted(mode.frequency for mode in cd.modes(one, count=5).modes) for one in (drive, other))
-    np.testing.assert_allclose(there, here, rtol=1e-12)
-
-
-def test_a_belt_that_runs_has_the_same_modes_written_from_its_other_end():
-    drive = cd.load_drive("serpentine", overrides=["route.belt.speed=20"])
-    pair = (drive, seen_from_its_other_end(drive))
-    here, there = (sorted(mode.frequency for mode in cd.modes(one, count=4).modes) for one in pair)
-    np.testing.assert_allclose(there, here, rtol=1e-12)

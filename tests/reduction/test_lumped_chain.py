@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
@@ -13,10 +12,8 @@ from cabledrive.reduction import lumped_chain
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
 from cabledrive.reduction.quality import (
-    distributed_response,
     model_quality,
     model_response,
-    with_measured_stiffness,
 )
 from cabledrive.reduction.two_motors import line_at, winched_machine
 from cabledrive.rig import Motion, RigOptions
@@ -63,24 +60,6 @@ def test_model_4_is_6_14_with_its_first_line_mended():
 FAR = 2 * np.pi * np.geomspace(0.3, 150.0, 40)
 
 
-def test_distributed_response_peaks_at_the_certified_modes():
-    """Undamped, the response has its poles where the count of modes puts them."""
-    bare = replace(
-        DRIVE,
-        motor=replace(DRIVE.motor, joint_damping=0.0, viscous_friction=0.0),
-        lumped=replace(DRIVE.lumped, cable_damping=0.0),
-    )
-    for mode in cd.natural_frequencies(with_measured_stiffness(bare), count=2):
-        beside = distributed_response(bare, 2 * np.pi * mode * np.array([1 - 1e-7, 1 + 1e-7]))
-        assert beside[0].real * beside[1].real < 0.0, f"no pole at {mode:.4f} Hz"
-    # straight, whatever it weighs and however loose it is
-    heavy = replace(
-        bare, layout=replace(bare.layout, gravity=9.81), cable=replace(bare.cable, pretension=1.0)
-    )
-    at = 2 * np.pi * np.array([3.0, 40.0])
-    np.testing.assert_allclose(distributed_response(heavy, at), distributed_response(bare, at), rtol=1e-9)
-
-
 def test_each_model_holds_up_to_the_mode_it_leaves_out(measured):
     """Models 1 and 2 fail well below the cable's mode, Model 3 below the joint's, Model 4 far beyond both."""
     quality = {q.model: q for q in model_quality(DRIVE)}
@@ -112,48 +91,6 @@ def test_reflection_keeps_frequencies_and_responses():
     )
     found = lumped_chain.speed_response(plain, FAR, speed_of=1) / gears[1]
     np.testing.assert_allclose(found, lumped_chain.speed_response(chain, FAR, speed_of=1), rtol=1e-10)
-
-
-HOLDING = 25.0
-BASE = cd.load_drive("dissertation-3")
-SMOOTH = replace(
-    BASE,
-    cable=replace(BASE.cable, mass_per_length=1e-6),
-    layout=replace(BASE.layout, gravity=0.0),
-    motor=replace(BASE.motor, holding_stiffness=HOLDING, coulomb_friction=0.0, offset_torque=0.0),
-    lumped=None,
-)
-JOINTS = pytest.mark.parametrize("joint", [135.0, None])
-
-
-def with_joint(joint):
-    return replace(SMOOTH, motor=replace(SMOOTH.motor, joint_stiffness=joint))
-
-
-def dense(drive):
-    """Stiffness and inertia of rotor, drive and load pulley, written out."""
-    r1, r2 = drive.drive_pulley.radius, drive.load_pulley.radius
-    cable = 2.0 * drive.cable.axial_rigidity / drive.span_length
-    joint = drive.motor.joint_stiffness
-    stiffness = np.zeros((3, 3))
-    stiffness[0, 0] = HOLDING
-    stiffness[1:, 1:] = cable * np.array([[r1 * r1, -r1 * r2], [-r1 * r2, r2 * r2]])
-    inertia = np.diag([drive.motor.inertia, drive.drive_pulley.inertia, drive.load_pulley.inertia])
-    if joint is None:
-        together = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-        return together.T @ stiffness @ together, together.T @ inertia @ together
-    stiffness[:2, :2] += joint * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    return stiffness, inertia
-
-
-@JOINTS
-def test_models_have_the_frequencies_of_the_dense_matrices_and_of_a_cable_without_mass(joint):
-    drive = with_joint(joint)
-    omega = np.sqrt(eigh(*dense(drive), eigvals_only=True))
-    found = lumped_chain.natural_frequencies_of(lumped_chain.lumped_model(drive))
-    assert found == pytest.approx(omega, rel=1e-10)
-    exact = 2 * np.pi * cd.natural_frequencies(drive, count=omega.size)
-    assert found == pytest.approx(exact, rel=1e-4)
 
 
 FEW = 2.0 * np.pi * np.array([0.3, 3.0, 8.0, 90.0, 300.0])

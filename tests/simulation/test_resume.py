@@ -303,14 +303,3 @@ def test_a_second_process_on_a_run_is_refused(tmp_path, monkeypatch, option):
     assert len(refusals) == 1
     assert path.read_bytes() == uninterrupted()
     assert os.listdir(tmp_path) == ["run.nc"]
-
-
-def test_an_existing_file_is_kept_unless_forced(tmp_path):
-    path = tmp_path / "run.nc"
-    path.write_text("precious")
-    with pytest.raises(InputRefused, match="exists and is not overwritten"):
-        simulate(DRIVE, DURATION, output=path, **OPTIONS)
-    assert path.read_text() == "precious"
-    assert os.listdir(tmp_path) == ["run.nc"]
-    simulate(DRIVE, DURATION, output=path, force=True, **OPTIONS)
-    assert path.read_bytes() == uninterrupted()

@@ -12,7 +12,6 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
 from cabledrive.reduction.threshold import threshold_torque
-from cabledrive.report.figures.run_histories import amplitude_spectrum
 from cabledrive.report.map_page import resonance_map_page, spot_check_line
 from cabledrive.studies.resonance import remedies, resonance, sensitivity
 from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
@@ -151,19 +150,6 @@ def test_a_pretension_is_raised_within_the_elastic_range_only():
     short = raised(with_strain_limit(drive, 0.99 * strain))
     assert short.value is None
     assert f"elastic range, up to {0.99 * free:.4g} N" in short.text
-
-
-# --- A spectrum shows sines with their own amplitude and frequency
-TIME = np.arange(4000) / 2000.0
-
-
-def test_a_sine_shows_at_its_frequency_with_its_amplitude():
-    """On an even line, which does not count; between two lines of the unpadded transform."""
-    signal = 3.0 * np.sin(2.0 * np.pi * 81.73 * TIME + 0.4) + 7.0 + 50.0 * TIME
-    frequency, amplitude = amplitude_spectrum(TIME, signal)
-    top = np.argmax(amplitude)
-    assert frequency[top] == pytest.approx(81.73, abs=0.51 * frequency[1]), frequency[top]
-    assert amplitude[top] == pytest.approx(3.0, rel=5e-3), amplitude[top]
 
 
 # --- Branches of steady motion where a steady load splits the spans, and beats beyond the Hopf point

@@ -201,12 +201,6 @@ def test_verdict_changes_at_the_lowest_threshold():
         cd.resonance(drive, load_torque=1.0)
 
 
-def test_both_planes_of_a_span_between_held_ends_have_one_threshold():
-    pairs = route_resonance(cd.load_drive("serpentine")).pairs
-    by_plane = {pair.plane: pair.threshold_torque for pair in pairs if pair.span == "accessory to crank"}
-    assert by_plane["v"] == pytest.approx(by_plane["w"], rel=1e-9)
-
-
 LIFT = (
     packaged_text("lift-2-to-1")
     + """

@@ -104,13 +104,6 @@ def test_errors_are_those_of_the_runs_that_lasted(some):
     assert some.inside == some.share == (some.draws - some.failed) / some.draws
 
 
-def test_a_share_that_too_few_runs_kept_has_no_error(some):
-    lasted = len(some.peaks) / some.draws
-    assert some.quantile(1.0) is None
-    assert some.quantile(lasted) == some.peaks[-1]
-    assert some.quantile(lasted + 1.0 / some.draws) is None
-
-
 def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_unknown(none):
     assert none.failed == none.draws == 12
     assert none.peaks == ()
