@@ -7,9 +7,9 @@ from pathlib import Path
 
 from markupsafe import Markup, escape
 
+from cabledrive.answers.figures import number
 from cabledrive.report.blocks import Block, Cell, Chapter, Paragraph, Section, Table, table
 from cabledrive.report.page import page_of
-from cabledrive.report.typesetting import number
 from cabledrive.report.words import texts
 from reproduction.items import DIFFERS, Entry, Item
 from reproduction.panel import Panel, panels_figure

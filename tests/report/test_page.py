@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters import load_drive
 from cabledrive.report import report_html
 from cabledrive.report.picture import COLOURS
-from cabledrive.report.typesetting import number, quantity, typeset
+from cabledrive.report.typesetting import typeset
 from report_page import Reader, page, read
 
 

@@ -10,7 +10,8 @@ from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.printer import belt_of, is_printer_file, printer
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.log_page import write_log_report
-from cabledrive.report.printer_page import computed, printer_html
+from cabledrive.report.printer_page import printer_html
+from cabledrive.report.printer_tables import computed
 from cabledrive.rig.virtual_rig import Imperfections, run_rig
 from command import answer, refusal
 from printer_logs import samples, write_densities, write_samples

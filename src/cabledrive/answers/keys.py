@@ -2,12 +2,12 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import reduce
 from math import isfinite
 from typing import Any
 
-from cabledrive.parameters.fields import key_of
+from cabledrive.answers.figures import Row, inside, key_of
 
 NOT_FINITE = "not a finite number"
 HOLDING = ("", "object", "rows", "map")
@@ -27,7 +27,8 @@ class Keys:
     numbers, texts, rows, object, map, any; braces hold the keys of an object, of each row or each value of a
     map, which may be of a kind as well: "map: units=text". ``whys``: by key, inside too, why a value may be
     None, or the attribute that says so behind a point; ``parts``: likewise what is inside, keys, a class
-    or several as a tuple; ``also``: other keys of the same object.
+    or several as a tuple; ``also``: other keys of the same object; ``figures``: figures for people that are
+    keys as well, those behind points of the part that they lie in.
     """
 
     names: str
@@ -35,10 +36,15 @@ class Keys:
     parts: Mapping[str, Any] = field(default_factory=dict)
     also: tuple["Keys", ...] = ()
     of: type = dict
+    figures: tuple[Row, ...] = ()
 
     def __post_init__(self) -> None:
         found = {key: Keys(names, self.whys, self.parts) for key, names in _BRACES.findall(self.names)}
-        object.__setattr__(self, "parts", {**self.parts, **found})
+        parts = {**self.parts, **found}
+        for key, part in parts.items():
+            if isinstance(part, Keys) and (more := inside(self.figures, key)):
+                parts[key] = replace(part, figures=tuple(dict.fromkeys((*part.figures, *more))))
+        object.__setattr__(self, "parts", parts)
         object.__setattr__(self, "names", _BRACES.sub(r"\1", self.names))
 
     def __call__(self, own: Any) -> dict[str, Any]:
@@ -92,6 +98,10 @@ class Keys:
             else:
                 key, _, name = word.rstrip("?").partition("=")
                 yield key, name or key, word.endswith("?"), self.whys.get(key, ""), kind
+        for row in self.figures:
+            if "." not in row.key:
+                kind = "count" if row.form == "d" else row.kind.rstrip("?")
+                yield row.key, row.key, row.kind.endswith("?"), self.whys.get(row.key, ""), kind
 
 
 def _absent(key: str, why: str) -> dict[str, Any]:

@@ -1,55 +1,16 @@
 """What every result can do: show its main figures, give its numbers as a table, draw them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 from functools import reduce
 from html import escape
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from itertools import chain
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from cabledrive.answers.figures import Row, aligned, figures_of, key_of, part_of, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-class Row(NamedTuple):
-    """A figure of a result as people read it, once for text, card and page."""
-
-    key: str  # where it is, inside parts behind points
-    words: str
-    unit: str = ""  # in which it is shown
-    form: str = ".4g"
-    scale: float = 1.0  # from the result's own unit
-
-
-def shown(rows: Iterable[Row], data: Any) -> list[tuple[str, str]]:
-    """Words and value of each figure that there is; counts of none are left out."""
-    found = ((row, reduce(_inside, row.key.split("."), data)) for row in rows)
-    return [(row.words, _said(row, value)) for row, value in found if not _nothing(row, value)]
-
-
-def aligned(pairs: Iterable[tuple[str, str]]) -> list[str]:
-    """Words and values as lines of text."""
-    pairs = list(pairs)
-    width = max((len(words) for words, _ in pairs), default=0)
-    return [f"  {words:<{width}}  {value}" for words, value in pairs]
-
-
-def _inside(data: Any, key: str) -> Any:
-    return data.get(key) if isinstance(data, Mapping) else getattr(data, key, None)
-
-
-def _nothing(row: Row, value: Any) -> bool:
-    return value is None or ((isinstance(value, str | list | tuple) or row.form == "d") and not value)
-
-
-def _said(row: Row, value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, str):
-        return value
-    if isinstance(value, list | tuple):
-        between = "; " if isinstance(value[0], str) else " and "
-        return between.join(_said(row, one) for one in value)
-    return f"{row.scale * value:{'.0f' if row.form == 'd' else row.form}} {row.unit}".rstrip()
 
 
 class Result:
@@ -70,9 +31,10 @@ class Result:
     @property
     def figures(self) -> list[tuple[str, str]]:
         """Words and value of each main figure."""
-        declared = (f for f in fields(self) if f.metadata.get("under"))  # type: ignore[arg-type]
-        made = tuple(Row(f.name, f.metadata["meaning"], f.metadata["unit"].lstrip("1")) for f in declared)
-        return shown(self._shown or made, self._about)
+        if self._shown:
+            return shown(self._shown, self._about)
+        values = {key_of(one): getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
+        return shown(chain(*figures_of(type(self)).values()), values)
 
     @property
     def _head(self) -> str:
@@ -110,10 +72,10 @@ class Result:
                     many = {f"{name}_{k}": one for k, one in enumerate(values.T)}
                     columns |= many if values.ndim > 1 else {name: values}
             return DataFrame(columns, Index(getattr(self, over), name=over))
-        found: Any = reduce(_inside, over.split("."), self)
+        found: Any = reduce(part_of, over.split("."), self)
         rows = found.values() if isinstance(found, Mapping) else found
         listed = [f.name for f in fields(next(iter(rows)))] if rows and not self._columns else []
-        table = [{name: _inside(one, name) for name in self._columns.split() or listed} for one in rows]
+        table = [{name: part_of(one, name) for name in self._columns.split() or listed} for one in rows]
         return DataFrame(table, list(found) if isinstance(found, Mapping) else None)
 
     def plot(self) -> "Figure":

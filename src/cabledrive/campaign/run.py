@@ -6,7 +6,8 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
-from cabledrive.answers.result import Result, Row
+from cabledrive.answers.figures import Row
+from cabledrive.answers.result import Result
 from cabledrive.campaign import store
 from cabledrive.campaign.computation import Computation
 from cabledrive.campaign.design import Design

@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from cabledrive.answers.figures import Row
 from cabledrive.answers.keys import Keys
-from cabledrive.answers.result import Result, Row
+from cabledrive.answers.result import Result
 from cabledrive.identification.logs.log import DataReport
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 from scipy import signal
 
-from cabledrive.answers.result import Result, Row
+from cabledrive.answers.figures import Row
+from cabledrive.answers.result import Result
 from cabledrive.identification.estimates import Finding
 from cabledrive.identification.printer_spectrum import (
     HIGHEST,

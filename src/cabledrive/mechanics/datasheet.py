@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.answers.figures import figure, rounded
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.fields import described, figure, rounded
+from cabledrive.parameters.fields import described
 from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
 
 
@@ -42,7 +43,7 @@ _WRAP = "needs a loop with pulley.{0}.wrap_angle and pulley.{0}.capstan_friction
 
 
 @described
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class DerivedQuantities(Result):
     r"""Quantities that follow from the drive file.
 

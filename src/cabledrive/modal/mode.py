@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cabledrive.answers.result import Result, Row
+from cabledrive.answers.figures import Row
+from cabledrive.answers.result import Result
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.parameters.fields import described, meaning
 

@@ -18,6 +18,7 @@ from cabledrive.parameters.drive_parts import (
 )
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_fields, check_text, choice, described, meaning, nearest
+from cabledrive.parameters.shown import Machine
 
 SCHEMA_VERSION = 1
 MOST_CARRIAGES = 100_000
@@ -26,8 +27,8 @@ PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
 
 
 @described
-@dataclass(frozen=True, kw_only=True)
-class Drive:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Drive(Machine):
     """A machine driven by one cable between two pulleys, with the names of its file."""
 
     name: str = meaning("short name")

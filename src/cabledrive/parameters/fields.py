@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any, TypeVar
 
+from cabledrive.answers.figures import key_of
 from cabledrive.parameters.errors import InputRefused
 
 Made = TypeVar("Made")
@@ -45,11 +46,6 @@ def quantity(
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def key_of(field: dataclasses.Field[Any]) -> str:
-    """Name of a field in the drive file."""
-    return str(field.metadata.get("key", field.name))
-
-
 def choice(options: tuple[Any, ...], meaning: str, default: Any = dataclasses.MISSING) -> Any:
     """Declare a field that takes one of a few values; without a default the key is required.
 
@@ -73,34 +69,6 @@ def meaning(text: str, default: Any = dataclasses.MISSING, *, factory: Any = dat
     if factory is not dataclasses.MISSING:
         return dataclasses.field(default_factory=factory, metadata={"meaning": text})
     return dataclasses.field(default=default, metadata={"meaning": text})
-
-
-def figure(
-    unit: str,
-    words: str,
-    under: str = "",
-    why: str = "",
-    *,
-    key: str = "",
-    default: Any = dataclasses.MISSING,
-) -> Any:
-    """Declare a figure of a result: SI unit, words, the heading it is shown under, why it may be None.
-
-    ``key``: name in JSON, and where it is looked up, if it is not the field's.
-    """
-    metadata = {"unit": unit, "meaning": words, "under": under, "why": why} | ({"key": key} if key else {})
-    return dataclasses.field(default=default, metadata=metadata)
-
-
-def figures_of(*tables: type) -> dict[str, tuple[tuple[str, str, str], ...]]:
-    """Name, words and unit of the figures of some results that are shown, by their headings."""
-    found: dict[str, tuple[tuple[str, str, str], ...]] = {}
-    for field in (field for table in tables for field in dataclasses.fields(table)):
-        about = field.metadata
-        if about.get("under"):
-            one = (about.get("key", field.name), about["meaning"], about["unit"])
-            found[about["under"]] = (*found.get(about["under"], ()), one)
-    return found
 
 
 def described(table: type[Made]) -> type[Made]:
@@ -177,16 +145,6 @@ def written(value: Any) -> str:
     if isinstance(value, (int, float)) and abs(value) < 1e15:
         return f"{value:.9g}"
     return kind_of(value)
-
-
-def percent(share: float, unit: str = " %") -> str:
-    """A share in per cent that is never rounded up to the next tenth: it claims no more than was seen."""
-    return f"{math.floor(1e3 * share + 1e-9) / 10:g}{unit}"
-
-
-def rounded(value: float, digits: int) -> str:
-    """Show a number to some digits, 246000 rather than 2.46e+05."""
-    return f"{float(f'{value:.{digits}g}'):.9g}"
 
 
 def _checked(field: dataclasses.Field[Any], value: Any) -> float | int:

@@ -5,9 +5,10 @@ from dataclasses import Field, fields, is_dataclass, replace
 from functools import partial
 from typing import Any, TypeVar
 
+from cabledrive.answers.figures import key_of
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import key_of, require_known
+from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.strain_free import POSE, moved
 

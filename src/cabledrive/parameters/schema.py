@@ -6,9 +6,10 @@ import json
 from math import pi
 from typing import Any
 
+from cabledrive.answers.figures import key_of
 from cabledrive.parameters.cable import cable_types
 from cabledrive.parameters.drive import MOST_CARRIAGES, WORDS, Drive
-from cabledrive.parameters.fields import LARGEST, SMALLEST, key_of
+from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import MOVES
 from cabledrive.parameters.route.two_pulleys import AxisDrive

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+from cabledrive.answers.figures import key_of
 from cabledrive.parameters.cable import Cable, Rope, with_type
 from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, Drive, check_count
 from cabledrive.parameters.drive_parts import (
@@ -19,7 +20,7 @@ from cabledrive.parameters.drive_parts import (
     StatedExcitation,
 )
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import key_of, kind_of, nearest, written
+from cabledrive.parameters.fields import kind_of, nearest, written
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import (
     Anchor,

@@ -10,11 +10,11 @@ from math import degrees, pi
 import numpy as np
 from markupsafe import Markup
 
+from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.report.figures.moving_machine import DrawnMachine, draw_machine, tense
 from cabledrive.report.figures.sheet import Sheet
 from cabledrive.report.picture import theme_css
-from cabledrive.report.typesetting import number, quantity
 from cabledrive.rig import Tracking
 from cabledrive.simulation import SimulationResult
 

@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from itertools import pairwise
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from cabledrive.answers.figures import Row
 from cabledrive.parameters.arrays import Array
 
 
@@ -149,6 +150,13 @@ def table(
     single = tuple(one for one in given if not isinstance(one, RowGroup))
     groups = groups or (RowGroup(rows=single),)
     return Table(caption=caption, columns=tuple(columns), groups=groups, note=note)
+
+
+def listed(caption: Text, rows: Sequence[Row], things: Iterable[Any], note: Text = "") -> Table:
+    """A table with a line for each thing, of the figures that results declare."""
+    heads = [Column(title=row.words, unit=row.column_unit, numeric=row.numeric) for row in rows]
+    cells = tuple(tuple(row.cell(row.of(thing)) for row in rows) for thing in things)
+    return Table(caption=caption, columns=tuple(heads), groups=(RowGroup(rows=cells),), note=note)
 
 
 def table_text(made: Table) -> str:

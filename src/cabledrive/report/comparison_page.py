@@ -3,11 +3,11 @@
 from datetime import datetime
 from typing import Any
 
+from cabledrive.answers.figures import number, percent
+from cabledrive.answers.runs import COSTS, ERRORS
 from cabledrive.parameters import Drive, content_hash
-from cabledrive.parameters.fields import percent
-from cabledrive.report.blocks import Block, Chapter, Note, Paragraph, Table, table
+from cabledrive.report.blocks import Block, Chapter, Note, Paragraph, Table, listed, table
 from cabledrive.report.page import page_of
-from cabledrive.report.typesetting import number
 from cabledrive.studies.controller_comparison import Comparison
 
 METHOD = "one tuning procedure for all laws, then the same drawn plants, with encoders, filter and delay"
@@ -57,43 +57,21 @@ def _notes(said: dict[str, Any]) -> list[Block]:
 
 def errors_table(said: dict[str, Any]) -> Table:
     """Errors of the load over the plants, the best law first."""
-    rows = []
-    for one in said["controllers"]:
-        if not one["runs"]:
-            rows.append((one["name"], *("",) * 6, one["reason"]))
-            continue
-        keys = ("median_deg", "error_99_deg", "worst_deg", "worst_whole_run_deg")
-        errors = ("none" if one[key] is None else number(one[key], 3) for key in keys)
-        shares = (percent(one[key], "") for key in ("share_within", "share_low"))
-        ended = f"{one['failed']} of {one['runs']} ended early" if one["failed"] else ""
-        rows.append((one["name"], *errors, *shares, ended))
-    return table(
-        f"Error of the load over {said['draws']} plants",
-        "law | median [deg] | 99 % [deg] | worst [deg] | worst, first pulse included [deg] | "
-        "within the goal [%] | at least, with 95 % confidence [%] | ",
-        rows,
-    )
+    laws = [one | {"reason": _ended(one)} for one in said["controllers"]]
+    return listed(f"Error of the load over {said['draws']} plants", ERRORS, laws)
+
+
+def _ended(one: dict[str, Any]) -> str:
+    if not one["runs"]:
+        return str(one["reason"])
+    return f"{one['failed']} of {one['runs']} ended early" if one["failed"] else ""
 
 
 def costs_table(said: dict[str, Any]) -> Table:
     """Torque, margins and time to tune of each law."""
-    keys = ("peak_torque", "torque_ripple", "disk_margin", "gain_margin", "phase_margin_deg")
-    rows = (
-        (
-            one["name"],
-            f"{one['bandwidth_hz']:g}",
-            one["filter"],
-            *("any" if one[key] is None else number(one[key], 3) for key in (*keys, "tuning_seconds")),
-        )
-        for one in said["controllers"]
-        if one["bandwidth_hz"] is not None
-    )
-    return table(
-        "What each law costs: torque, margins at the motor's torque, time to tune",
-        "law | bandwidth [Hz] | filter | peak torque [N m] | ripple, 5 deviations [N m] | disk "
-        "margin [] | gain margin [] | phase margin [deg] | tuning [s]",
-        rows,
-    )
+    caption = "What each law costs: torque, margins at the motor's torque, time to tune"
+    tuned = (one for one in said["controllers"] if one["bandwidth_hz"] is not None)
+    return listed(caption, (ERRORS[0], *COSTS), tuned)
 
 
 def _plants(said: dict[str, Any]) -> Table:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cabledrive.answers.figures import number
+from cabledrive.answers.runs import PARAMETERS
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.axis.check import regressor_curves
 from cabledrive.identification.estimates import Identification
@@ -27,12 +29,11 @@ from cabledrive.report.blocks import (
     Plot,
     Section,
     Series,
-    table,
+    listed,
     time_plot,
 )
 from cabledrive.report.figures.followed import measured_picture
 from cabledrive.report.page import page_of
-from cabledrive.report.typesetting import number, unit_name
 
 LONGEST_WINDOW, END = 2.0, 0.25  # s; derivatives at the ends of a log are of one side
 MOST_BYTES = 2**30
@@ -81,14 +82,10 @@ def _hash(path: Path) -> str:
 
 
 def _numbers(found: Identification) -> list[Block]:
-    rows = []
-    for name, one in found.parameters.items():
-        interval = f"{number(one.low, 4)} to {number(one.high, 4)}" if np.isfinite(one.low) else "none"
-        stated = (number(one.value), interval) if np.isfinite(one.value) else ("none", "")
-        rows.append((name.replace("_", " "), *stated, unit_name(one.unit)))
+    rows = (one.as_dict() | {"name": name.replace("_", " ")} for name, one in found.parameters.items())
     share, of = number(100 * found.residual["relative"], 3), found.method.get("residual_of", "torque")
-    note, heads = f"Residual {share} % of the measured {of}.", "Parameter | Value [] | 95 % [] | Unit"
-    parameters = table("Identified parameters.", heads, rows, note=note)
+    note = f"Residual {share} % of the measured {of}."
+    parameters = listed("Identified parameters.", PARAMETERS, rows, note)
     words = [*found.unidentifiable, *found.findings]
     return [parameters, *(Note(text=word[:1].upper() + word[1:], tone="warning") for word in words)]
 

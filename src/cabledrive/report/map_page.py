@@ -9,6 +9,7 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
+from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import (
@@ -20,12 +21,12 @@ from cabledrive.report.blocks import (
     Plot,
     in_turn,
     instants,
-    table,
 )
+from cabledrive.report.machine.tables import zones_table
 from cabledrive.report.mode_figure import draw_campbell, draw_map, fields_of, plane_of
 from cabledrive.report.page import page_of
 from cabledrive.report.picture import picture, theme_css
-from cabledrive.report.typesetting import number, quantity, typeset
+from cabledrive.report.typesetting import typeset
 from cabledrive.report.words import HELD, speed_unit
 from cabledrive.studies.excitation_orders import Campbell
 from cabledrive.studies.planned_motion import PlannedMotion
@@ -128,18 +129,7 @@ def _excited(found: Campbell) -> tuple[Block, ...]:
         unit=place,
         panels=(Panel("modes and orders", "Hz", in_turn(hertz)),),
     )
-    rows = []
-    for zone in found.zones:
-        ends = (number(end, 4) for end in (zone.low, zone.high, zone.place_low, zone.place_high))
-        rows.append((zone.order, zone.mode, *ends))
-    clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in found.clear)
-    zones = table(
-        f"Speeds of {found.coordinate} [{unit}] at which an excitation comes near a mode, heaviest "
-        f"first. Clear of all modes: {clear or 'none'}.",
-        f"Order | Mode | From [] | To [] | {found.key} from [{place}] | to [{place}]",
-        rows or [("none", *5 * ("",))],
-    )
-    return shown, curves, zones
+    return shown, curves, zones_table(found)
 
 
 _TEMPLATES = resources.files("cabledrive.report") / "templates"

@@ -10,10 +10,11 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
+from cabledrive.answers.figures import unit_name
 from cabledrive.report.blocks import Block, Chapter, Figure, Plot, Table, Text, library, plot_json
 from cabledrive.report.context import Provenance, provenance
 from cabledrive.report.picture import theme_css
-from cabledrive.report.typesetting import capital, typeset, unit_name
+from cabledrive.report.typesetting import capital, typeset
 
 MACHINES, TOPICS = "machines", "topics"
 

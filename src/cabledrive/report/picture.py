@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from cabledrive.report.typesetting import SPACE, number, typeset_words
+from cabledrive.answers.figures import SPACE, number
+from cabledrive.report.typesetting import typeset_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from cabledrive.identification.printer import ALIKE, Belts, Printer, PrinterShaper, spectrogram
-from cabledrive.identification.printer_spectrum import PrinterSpectrum, ShaperFit
+from cabledrive.answers.figures import fixed, number
+from cabledrive.identification.printer import Belts, Printer, PrinterShaper, spectrogram
+from cabledrive.identification.printer_spectrum import PrinterSpectrum
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
-from cabledrive.modal import modes
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report import blocks
@@ -22,15 +22,12 @@ from cabledrive.report.blocks import (
     Panel,
     Paragraph,
     Plot,
-    RowGroup,
-    Table,
     in_turn,
     table,
 )
 from cabledrive.report.page import page_of
 from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture, label, picture
-from cabledrive.report.typesetting import fixed, number
-from cabledrive.studies.mode_map import frequency_of_coordinate
+from cabledrive.report.printer_tables import fits_of, peaks_table, shapers_table, similar_words
 from cabledrive.trajectories.input_shaping import TOLERANCE, residual_vibration
 
 if TYPE_CHECKING:
@@ -39,7 +36,6 @@ if TYPE_CHECKING:
 METHOD = (
     "types, remaining vibration and score as Klipper defines them; partial fractions of modes for damping"
 )
-COUNT = 4
 
 
 def printer_html(
@@ -72,45 +68,11 @@ def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | No
     return Chapter(f"Axis {name}", f"axis-{name}", tuple(blocks), headline=headline, methods=(METHOD,))
 
 
-def computed(machine: RoutedDrive, axis: str) -> dict[str, float]:
-    """Frequency of the mode of each body's move along an axis [Hz], by its coordinate."""
-    found = modes(machine, count=COUNT)
-    names = [f"{body.name}.{axis}" for body in machine.body if axis in body.moves]
-    values = {name: frequency_of_coordinate(found, name) for name in names}
-    return {name: hertz for name, hertz in values.items() if np.isfinite(hertz)}
-
-
-def peaks_table(axis: PrinterShaper, machine: RoutedDrive | None = None) -> Table:
-    """Peaks of all logs with their intervals, beside computed frequencies where there is a machine."""
-    rows = [
-        (
-            peak.source,
-            f"{peak.frequency:.1f}"
-            + ("" if peak.frequency_low is None else f" +- {peak.frequency - peak.frequency_low:.2f}"),
-            "not known"
-            if peak.damping is None or peak.damping_low is None or peak.damping_high is None
-            else f"{100 * peak.damping:.2f} ({100 * peak.damping_low:.2f} to {100 * peak.damping_high:.2f})",
-            fixed(100 * peak.height, 0),
-            fixed(100 * axis.kept(peak), 1),
-            peak.reason or "",
-        )
-        for peak in axis.peaks
-    ]
-    groups = [RowGroup(title="measured" if machine else "", rows=tuple(rows))]
-    if machine is not None and (own := computed(machine, axis.axis or "x")):
-        lines = tuple((key, fixed(hertz, 1), "", "", "", "") for key, hertz in own.items())
-        groups.append(RowGroup(title="computed", rows=lines))
-    caption = f"Peaks of axis {axis.axis or 'unknown'}, and what the shaper keeps"
-    first = "log, or what moves" if machine else "log"
-    heads = f"{first} | frequency [Hz] | damping ratio [%] | height [%] | kept [%] | "
-    return table(caption + (", beside computed" if machine else ""), heads, groups)
-
-
 def _spectra(axis: PrinterShaper, name: str) -> Plot:
     """Densities of all logs, and the amplitude that each shaper keeps, over one axis of frequency."""
     points = max((s.frequency for s in axis.spectra), key=len)
     density = in_turn((s.source, _on(points, s)) for s in axis.spectra)
-    fits = _fits(axis)
+    fits = fits_of(axis)
     left = [residual_vibration(fit.shaper, np.maximum(points, 0.1), axis.damping) for fit in fits]
     curves = in_turn(
         (f"{fit.type} {fit.frequency:.1f} Hz", 100 * kept) for fit, kept in zip(fits, left, strict=True)
@@ -131,30 +93,6 @@ def _spectra(axis: PrinterShaper, name: str) -> Plot:
 
 def _on(points: np.ndarray, spectrum: PrinterSpectrum) -> np.ndarray:
     return np.interp(points, spectrum.frequency, spectrum.density, right=np.nan)
-
-
-def _fits(axis: PrinterShaper) -> tuple[ShaperFit, ...]:
-    """The best shaper of each type, and the recommended one where it is none of them."""
-    best = axis.recommended
-    return axis.shapers if best in axis.shapers else (*axis.shapers, best)
-
-
-def shapers_table(axis: PrinterShaper) -> Table:
-    """The best shaper of each type, and the recommended one, with what each costs."""
-    best, judged = axis.recommended, axis.refused is None
-    rows = (
-        (
-            fit.type + (" (recommended)" if fit is best and judged else ""),
-            fixed(fit.frequency, 1),
-            fixed(100 * fit.vibration, 1),
-            fixed(1e3 * fit.smoothing, 3),
-            f"{100 * round(10 * fit.max_acceleration)}",
-            "nowhere" if fit.band is None else f"{fit.band[0]:.1f} to {fit.band[1]:.1f}",
-        )
-        for fit in _fits(axis)
-    )
-    heads = "type | frequency [Hz] | left [%] | smoothing [mm] | max_accel [mm/s^2] | within 5 % [Hz]"
-    return table(f"Shapers for axis {axis.axis or 'unknown'}", heads, rows)
 
 
 def _sweep(name: str, spectrum: PrinterSpectrum, found: Printer) -> Block | None:
@@ -241,7 +179,7 @@ def shaper_picture(found: PrinterShaper, form: str) -> bytes:
             words = f"{peak.frequency:.1f} Hz{ratio}"
             label(above, words, (peak.frequency, peak.height), (6, 2), color=Hue.QUIET, fontsize=9)
         frequency = np.linspace(1.0, float(max(s.frequency[-1] for s in found.spectra)), POINTS)
-        for fit in _fits(found):
+        for fit in fits_of(found):
             colour, dashes = LOOKS[fit.type]
             left = 100 * residual_vibration(fit.shaper, frequency, found.damping)
             wide = 2.2 if fit is best else 1.1
@@ -258,14 +196,3 @@ def shaper_picture(found: PrinterShaper, form: str) -> bytes:
         below.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, fontsize=8)
 
     return file_picture(file_figure(draw, SIZE), form)
-
-
-def similar_words(belts: Belts) -> str:
-    """The comparison of the belts in a sentence."""
-    shape = f"The spectra of the belts are {100 * belts.similarity:.0f} % alike"
-    if belts.difference is None:
-        return f"{shape}; a belt without a peak was not excited, or hangs loose."
-    tighter = "A" if belts.difference > 0.0 else "B"
-    words = f"{shape}; the highest peak of belt {tighter} lies {abs(belts.difference):.1f} Hz above the other"
-    different = belts.similarity < ALIKE
-    return f"{words}: {f'loosen belt {tighter}, or tighten the other' if different else 'equally tight'}."

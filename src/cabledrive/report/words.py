@@ -9,24 +9,23 @@ from itertools import chain, count
 from math import radians
 from typing import Any
 
+from cabledrive.answers.figures import Row, figures_of, number, quantity
 from cabledrive.mechanics import DerivedQuantities
 from cabledrive.modal import Modes
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.modal.ranges import INCOMPLETE
-from cabledrive.parameters.fields import figures_of
 from cabledrive.report.blocks import table, table_text
-from cabledrive.report.typesetting import number, quantity
 
 LOWEST = "Lowest longitudinal frequency"
 DATASHEET = figures_of(DerivedQuantities) | {
     LOWEST: (
-        ("lowest_frequency_free_hz", "Motor free (without a motor: drive pulley free)", "Hz"),
-        ("lowest_frequency_held_hz", "Motor held (without a motor: drive pulley held)", "Hz"),
-        ("lowest_frequency_holding_hz", "Motor on its holding stiffness", "Hz"),
+        Row("lowest_frequency_free_hz", "Motor free (without a motor: drive pulley free)", "Hz", ""),
+        Row("lowest_frequency_held_hz", "Motor held (without a motor: drive pulley held)", "Hz", ""),
+        Row("lowest_frequency_holding_hz", "Motor on its holding stiffness", "Hz", ""),
     )
 }
-"""For each heading: name in `DerivedQuantities` or `LowestFrequencies`, words, SI unit."""
+"""Figures of `DerivedQuantities` and `LowestFrequencies` by their headings."""
 
 
 def anchor(title: str) -> str:

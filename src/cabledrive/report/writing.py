@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
@@ -20,7 +21,6 @@ from cabledrive.report.context import ReportContext, make_context, provenance
 from cabledrive.report.figures.followed import followed_picture, overview_picture
 from cabledrive.report.machine.page import machine_view
 from cabledrive.report.page import TOPICS, Card, Page, View, render
-from cabledrive.report.typesetting import number, quantity
 from cabledrive.studies import frequency_against
 
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from cabledrive.answers.figures import Row
 from cabledrive.answers.keys import Keys
-from cabledrive.answers.result import Result, Row
+from cabledrive.answers.result import Result
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning

@@ -20,6 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.answers.result import Result
+from cabledrive.answers.runs import ALARMED
 from cabledrive.mechanics.network import statics_of
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
@@ -59,10 +61,11 @@ class ModeAlarm:
     excitation: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class AlarmResult:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class AlarmResult(Result):
     """The verdict on a motion."""
 
+    _heading, _table, _shown = "{0.verdict}", "modes", ALARMED
     verdict: str  # {"safe", "dangerous", "unknown"}
     # floor, limit: amplitude of every transverse mode that is always there, and the largest displacement
     # allowed [m]

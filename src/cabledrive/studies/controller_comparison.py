@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.answers.result import Result
+from cabledrive.answers.runs import COSTS, ERRORS
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import one_process
@@ -46,9 +47,7 @@ class Comparison(Result):
     """Controllers side by side, the best first."""
 
     _table, _heading = "summary.controllers", "{0.summary[draws]} plants"
-    _columns = (
-        "name bandwidth_hz median_deg error_99_deg worst_deg share_within peak_torque disk_margin reason"
-    )
+    _columns = " ".join(row.key for row in (*ERRORS, *COSTS))
     summary: dict[str, Any] = meaning("what `cabledrive compare --json` prints")
     laws: tuple[ComparedLaw, ...] = meaning("the best first")
 

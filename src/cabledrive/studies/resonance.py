@@ -7,12 +7,13 @@ from math import isfinite, pi
 
 import numpy as np
 
+from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.datasheet import elastic_range, largest_pretension
 from cabledrive.modal.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import LARGEST, figure
+from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route.drive import require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients

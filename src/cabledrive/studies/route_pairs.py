@@ -17,12 +17,12 @@ from math import pi, sqrt
 
 import numpy as np
 
+from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import figure
 from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
 from cabledrive.studies import pair_thresholds as near
 from cabledrive.studies.resonance import ResonanceSummary

@@ -15,10 +15,10 @@ from starlette.background import BackgroundTask
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
+from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters.version import __version__
 from cabledrive.report.page import page_environment
 from cabledrive.report.picture import theme_css
-from cabledrive.report.typesetting import number, quantity
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]

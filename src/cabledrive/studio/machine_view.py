@@ -9,6 +9,7 @@ from typing import Any
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 
+from cabledrive.answers.figures import quantity
 from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.mechanics.network import statics_of
@@ -26,7 +27,7 @@ from cabledrive.report.machine.data import derived_table, figures_table
 from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
-from cabledrive.report.typesetting import quantity, typeset_words
+from cabledrive.report.typesetting import typeset_words
 from cabledrive.report.words import certificate_line
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.resonance import ResonanceSummary

@@ -2,22 +2,16 @@
 
 from typing import Any
 
-from cabledrive.answers.keys import Keys
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.mechanics.datasheet import drive_warnings
-from cabledrive.modal.lowest import LOWEST, derived_with_lowest, lowest_frequencies
+from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import table_text
 
 OF_PULLEYS = "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness"
 OF_ROUTES = "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness"
-DERIVED_OF_ROUTES = Keys(
-    "number: cable_length lowest_tension highest_tension count: rigid_body_modes map: spring_preload "
-    "reasons=text",
-    also=(LOWEST,),
-)
 
 
 @subcommand('cabledrive check elevator --set cable.pretension="20 kN"', (saves_answer, machine_argument))
@@ -45,7 +39,7 @@ def command(
         sheet = table_text(derived_table(derived))
         answer = _answer(drive, {"derived": derived}, [sheet], OF_PULLEYS)
     if motion_file is not None:
-        from cabledrive.app.motion_answers import with_margins
+        from cabledrive.app.checked import with_margins
 
         answer = with_margins(answer, drive, motion_file)
     if plot is not None:

@@ -67,7 +67,7 @@ def command(
     """
     from dataclasses import replace
 
-    from cabledrive.app.identify_answer import (
+    from cabledrive.app.identified import (
         ANSWER,
         against_lines,
         finding_lines,
@@ -101,7 +101,7 @@ def command(
     residual = f"residual {100 * data['residual']['relative']:.3g} % of the measured {measured}"
     shown = [f"method: {data['method']['name']}", *[f"note: {words}" for words in data["notes"]]]
     check = f"model checked: {'yes' if data['checked'] else 'no'} ({data['check_reason']})"
-    text = "\n".join([*parameter_rows(data), residual, *shown, check, *finding_lines(data)])
+    text = "\n".join([parameter_rows(data["parameters"]), residual, *shown, check, *finding_lines(data)])
     if other is not None:
         from cabledrive.identification.axis.check import against
 

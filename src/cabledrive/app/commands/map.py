@@ -50,7 +50,7 @@ def command(
     page: NewFile | None = opt("page", "Write an interactive page to FILE."),
 ) -> Answer:
     """Natural frequencies of DRIVE over a grid of its figures, and speeds at which it would be excited."""
-    from cabledrive.app.map_answer import map_answer, vary_of
+    from cabledrive.app.maps import map_answer, vary_of
     from cabledrive.parameters.drive_parts import order_of, speed_range
     from cabledrive.studies.excitation_orders import excitation
     from cabledrive.studies.mode_map import Grid, map_modes

@@ -1,7 +1,5 @@
 """`cabledrive resonance`: how near a drive is to its internal resonance, and what would help."""
 
-from dataclasses import replace
-
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
@@ -57,21 +55,28 @@ def command(
     motion is checked as well: how far the cable moves across, excited directly through sag or parametrically.
     """
     if isinstance(drive, RoutedDrive):
-        from cabledrive.app.motion_answers import route_resonance_answer
+        from cabledrive.app.resonances import route_answer
 
         why = 'supports drives of kind "loop" or "line" only: leave it out'
         refuse_given("load_torque", "with_branches", "map_file", why=why)
         if motion_file is None:
             refuse_given("floor", "limit", why=ALONE)
-        return route_resonance_answer(drive, torque, motion_file, floor, limit)
+        return route_answer(drive, torque, motion_file, floor, limit)
     import numpy as np
 
-    from cabledrive.app.motion_answers import alarm_text
-    from cabledrive.app.resonance_answer import ALARM, BRANCH, branches_text, resonance_data, resonance_text
+    from cabledrive.app.resonances import (
+        ALARM,
+        BRANCH,
+        alarm_text,
+        branches_text,
+        loop_data,
+        loop_text,
+        of_motion,
+    )
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.planned_motion import read_motion
     from cabledrive.studies.resonance import remedies, resonance
-    from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, NO_EXCITATION, OF_A_MOTION, RESONANT
+    from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, RESONANT
     from cabledrive.studies.resonance_map import steady_branches
 
     if motion_file is None:
@@ -84,11 +89,7 @@ def command(
     motion = None if motion_file is None else read_motion(motion_file)
     if motion is not None:
         judged = alarm(released(drive), motion, floor=floor, limit=limit)
-        if found.verdict == NO_EXCITATION:
-            of_motion = f"of the planned motion: {judged.reasons[0]}"
-            found = replace(
-                found, verdict=OF_A_MOTION[judged.verdict], reasons=(of_motion, *found.reasons[1:])
-            )
+        found = of_motion(found, judged, found.reasons[1:])
     if map_file is not None:
         from cabledrive.report.map_page import resonance_map_page, spot_check_line
         from cabledrive.studies.resonance_map import growth_map, spot_checks
@@ -96,8 +97,8 @@ def command(
         growth = growth_map(drive, torque=found.torque, load_torque=load_torque)
         checks = () if load_torque else spot_checks(drive, growth, np.random.default_rng(SEED))
         map_file.write(resonance_map_page(growth, spot_check_line(checks), motion=motion))
-    data = resonance_data(drive, found, changes, load_torque) | {"motor": motor_condition(drive)}
-    text = resonance_text(drive, found, changes)
+    data = loop_data(drive, found, changes, load_torque) | {"motor": motor_condition(drive)}
+    text = loop_text(drive, found, changes)
     if data["motor"] == HOLDING:
         text += "\nThe motor is on its holding stiffness."
     if judged is not None:

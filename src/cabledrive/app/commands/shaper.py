@@ -39,9 +39,9 @@ def command(
     LOG is a file of Klipper: resonances_x_*.csv, calibration_data_x_*.csv, or accelerometer samples. Several
     logs of one axis are several places of the head; the worst counts.
     """
-    from cabledrive.app.shaper_answer import printer_data, printer_text, shaper_data, shaper_text
     from cabledrive.identification.printer import printer, shaper
     from cabledrive.report.printer_page import METHOD, printer_html, shaper_picture
+    from cabledrive.report.printer_tables import printer_data, printer_text, shaper_data, shaper_text
 
     if page is not None:
         if axis is not None or plot is not None:

@@ -4,16 +4,15 @@ from typing import Any
 
 import click
 
-from cabledrive.answers.result import aligned
+from cabledrive.answers.figures import aligned, stated
 from cabledrive.app.combinations import refuse_given, tell_given, was_given
 from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import force_option, machine_argument, option, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.app.track_answer import move_of
+from cabledrive.app.tracked import move_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
-from cabledrive.report.typesetting import stated
 from cabledrive.simulation import Constant, Pluck, Recording, Scheme, Signal, Sine, Start, simulate
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.travel import PlannedMove

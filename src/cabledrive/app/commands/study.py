@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cabledrive.answers.figures import percent
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import (
     STAGES,
@@ -20,7 +21,6 @@ from cabledrive.app.finished_study import (
 from cabledrive.app.options import axis_argument, opt, subcommand
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.fields import percent
 from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route import RoutedDrive
 

@@ -27,9 +27,9 @@ def command(
     ),
 ) -> Answer:
     """First frequency and amplitude of every rope of DRIVE in a building that sways, over places."""
-    from cabledrive.app.map_answer import SWAY, vary_of
+    from cabledrive.answers.figures import quantity
+    from cabledrive.app.maps import SWAY, vary_of
     from cabledrive.report.blocks import table, table_text
-    from cabledrive.report.typesetting import quantity
     from cabledrive.studies.sway import STEEP, sway
 
     machine = as_machine(drive)

@@ -17,7 +17,7 @@ from cabledrive.app.options import (
     subcommand,
 )
 from cabledrive.app.results import Answer, NewFile
-from cabledrive.app.track_answer import answer_of_run, two_motor_answer
+from cabledrive.app.tracked import answer_of_run, two_motor_answer
 from cabledrive.parameters import Drive, load_drive
 from cabledrive.parameters.route import RoutedDrive
 

@@ -21,6 +21,7 @@ from cabledrive.parameters.route.parts import (
     RouteLayout,
     rope_of,
 )
+from cabledrive.parameters.shown import Machine
 
 _UNDER_GRAVITY = RouteLayout()
 ONLY_TWO_PULLEYS = frozenset(
@@ -49,8 +50,8 @@ def require_two_pulleys(drive: Any, what: str) -> Any:
 
 
 @described
-@dataclass(frozen=True, kw_only=True)
-class RoutedDrive:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class RoutedDrive(Machine):
     """A machine whose cables run over any number of pulleys, with the names of its file."""
 
     name: str = meaning("short name")

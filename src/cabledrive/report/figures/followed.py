@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
+from cabledrive.answers.figures import number
 from cabledrive.identification.signals import FrequencyResponse
 from cabledrive.modal import Modes
 from cabledrive.parameters.arrays import Array
 from cabledrive.report.picture import Hue, family_colour, label, log_axis, picture, short_family
-from cabledrive.report.typesetting import number
 
 if TYPE_CHECKING:
     import xarray as xr

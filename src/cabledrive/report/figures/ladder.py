@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
+from cabledrive.answers.figures import number
 from cabledrive.modal import Modes
 from cabledrive.modal.mode import BOTH, LONGITUDINAL
 from cabledrive.modal.mode_rows import ModeRow
@@ -27,7 +28,6 @@ from cabledrive.report.picture import (
     picture,
     text_width,
 )
-from cabledrive.report.typesetting import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup, escape
 
+from cabledrive.answers.figures import quantity
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
@@ -19,7 +20,6 @@ from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.figures.sheet import Point, Sheet, draw_route
 from cabledrive.report.machine.rest import sag_of, tension_at
 from cabledrive.report.picture import CARD_WIDTH, WIDE
-from cabledrive.report.typesetting import quantity
 
 POINTS = 49
 PIECES = 8

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
+from cabledrive.answers.figures import number
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters import Drive
@@ -14,7 +15,6 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.figures.sheet import drawn_machine
 from cabledrive.report.picture import SPAN_COLOURS, Hue, picture
-from cabledrive.report.typesetting import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from markupsafe import Markup
 
+from cabledrive.answers.figures import number
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.quality import distributed_response, model_response
 from cabledrive.report.picture import Hue, label, log_axis, picture
-from cabledrive.report.typesetting import number
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase
 from cabledrive.studies.study.bandwidth_cost import CarriageController

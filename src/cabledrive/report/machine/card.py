@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from cabledrive.answers.figures import decimals_for, fixed, number, quantity
 from cabledrive.modal import Modes
 from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
 from cabledrive.modal.mode_rows import ModeRow, mode_rows
@@ -15,7 +16,6 @@ from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.mode_figure import draw_map
 from cabledrive.report.page import Badge
 from cabledrive.report.picture import picture, short_family
-from cabledrive.report.typesetting import decimals_for, fixed, number, quantity
 from cabledrive.studies.excitation_orders import travels
 from cabledrive.studies.mode_map import map_modes
 from cabledrive.studies.resonance_detuning import NO_EXCITATION

@@ -6,13 +6,15 @@ from dataclasses import fields
 from math import degrees
 from typing import Any
 
+from cabledrive.answers.figures import Row, number, quantity, shown
+from cabledrive.answers.result import Result
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.blocks import Figure, RowGroup, Table, Text, table
+from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
 from cabledrive.report.figures.moving_machine import coordinates, moving_machine
-from cabledrive.report.typesetting import capital, number, quantity, stated
+from cabledrive.report.typesetting import capital
 from cabledrive.report.words import DATASHEET
 
 MOST_CARRIAGES = 4
@@ -96,16 +98,11 @@ def _many(drive: Drive) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def derived_table(sheet: Mapping[str, float | None], caption: Text = "Derived quantities.") -> Table:
+def derived_table(sheet: Mapping[str, Any], caption: Text = "Derived quantities.") -> Table:
     """What closed formulas give. ``sheet``: in SI, by name."""
-    groups = []
-    for title, lines in DATASHEET.items():
-        rows = tuple(
-            (words, quantity(0.0 if abs(value) < NOTHING else value, unit))
-            for name, words, unit in lines
-            if (value := sheet.get(name)) is not None
-        )
-        groups += [RowGroup(title=title, rows=rows)] if rows else []
+    seen = {key: 0.0 if isinstance(own, float) and abs(own) < NOTHING else own for key, own in sheet.items()}
+    found = ((title, tuple(shown(rows, seen))) for title, rows in DATASHEET.items())
+    groups = [RowGroup(title=title, rows=rows) for title, rows in found if rows]
     return table(caption, _HEADS, groups)
 
 
@@ -113,49 +110,44 @@ EVEN = 1e-6
 """Relative difference of two tensions below which they are one."""
 
 
-def spans_table(drive: RoutedDrive) -> Table:
-    """Free spans at rest."""
-    rows = []
-    for row in span_rows(drive, statics_of(drive)):
-        tensions, wrap = both((row["tension_start"], row["tension_end"])), row["wrap"]
-        first = (row["name"], number(row["length"], 6), tensions, str(row["ropes"]))
-        wrapped = "" if wrap is None else number(degrees(wrap), 4)
-        rows.append((*first, wrapped, number(row["string_frequency_hz"], 5), stated(row["safety_factor"], 3)))
-    return table(
-        "Free spans at rest.",
-        "Span | Length [m] | Tension [N] | Ropes [] | Wrap at its end [deg] | String [Hz] | Safety []",
-        rows,
-        note="Safety is the rope's strength over its largest tension at rest.",
-    )
-
-
-def pulleys_table(drive: RoutedDrive) -> Table | None:
-    """Pulleys that a rope passes; None where there are none."""
-    rows = [
-        (
-            row["name"],
-            number(degrees(row["wrap"]), 4),
-            "slips" if row["needed_friction"] is None else number(row["needed_friction"], 3),
-            stated(row["capstan_friction"], 3),
-        )
-        for row in pulley_rows(drive, statics_of(drive))
-    ]
-    heads = "Pulley | Wrap [deg] | Friction needed at rest [] | Friction given []"
-    return table("Pulleys that a rope passes.", heads, rows) if rows else None
-
-
-def figures_table(found: Any, caption: str) -> Table:
-    """The figures that a result declares, without those that do not exist."""
-    rows = [
-        (own.metadata["meaning"], quantity(value, own.metadata["unit"]))
-        for own in fields(found)
-        if own.metadata.get("under") and (value := getattr(found, own.name)) is not None
-    ]
-    return table(caption, "Figure | Value []", rows)
-
-
 def both(values: tuple[float, float]) -> str:
     """Two tensions, or one where they are the same."""
     low, high = (number(value) for value in values)
     same = abs(values[0] - values[1]) <= EVEN * abs(values[0]) or low == high
     return low if same else f"{low} to {high}"
+
+
+SPANS = (
+    Row("name", "Span", kind="text"),
+    Row("length", "Length", "m", 6),
+    Row("ends", "Tension", "N", both),
+    Row("ropes", "Ropes", form="d"),
+    Row("wrap", "Wrap at its end", "deg", 4, degrees(1.0)),
+    Row("string_frequency_hz", "String", "Hz", 5),
+    Row("safety_factor", "Safety", "", 3),
+)
+PULLEYS = (
+    Row("name", "Pulley", kind="text"),
+    Row("wrap", "Wrap", "deg", 4, degrees(1.0)),
+    Row("needed_friction", "Friction needed at rest", "", 3, none="slips"),
+    Row("capstan_friction", "Friction given", "", 3),
+)
+
+
+def spans_table(drive: RoutedDrive) -> Table:
+    """Free spans at rest."""
+    rows = span_rows(drive, statics_of(drive))
+    ended = (row | {"ends": (row["tension_start"], row["tension_end"])} for row in rows)
+    note = "Safety is the rope's strength over its largest tension at rest."
+    return listed("Free spans at rest.", SPANS, ended, note=note)
+
+
+def pulleys_table(drive: RoutedDrive) -> Table | None:
+    """Pulleys that a rope passes; None where there are none."""
+    rows = pulley_rows(drive, statics_of(drive))
+    return listed("Pulleys that a rope passes.", PULLEYS, rows) if rows else None
+
+
+def figures_table(found: Result, caption: str) -> Table:
+    """The figures that a result declares, without those that do not exist."""
+    return table(caption, "Figure | Value []", found.figures)

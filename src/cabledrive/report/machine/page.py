@@ -1,5 +1,6 @@
 """The page of one machine, a loop or one with routes, and the card that leads to it."""
 
+from cabledrive.answers.figures import number
 from cabledrive.mechanics import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
@@ -27,7 +28,6 @@ from cabledrive.report.machine.data import (
 )
 from cabledrive.report.machine.rest import rest_blocks
 from cabledrive.report.page import MACHINES, Badge, Card, View
-from cabledrive.report.typesetting import number
 from cabledrive.report.words import certificate_line, rigid_words
 
 HANGING = (

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from cabledrive.answers.figures import quantity
 from cabledrive.mechanics.rest import RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.report.blocks import Block, Panel, Plot, Series, table
-from cabledrive.report.typesetting import quantity
 
 POINTS = 65
 MOST_ROWS = 8

@@ -1,16 +1,69 @@
-"""Pairs of modes and margins of a motion as tables, for pages, the studio and the terminal."""
+"""Pairs of modes and margins of a motion: keys of their JSON, and tables for pages, studio and terminal."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import degrees, pi
+from typing import Any
 
+from cabledrive.answers.figures import Row, number, quantity, stated
+from cabledrive.answers.keys import Keys
 from cabledrive.modal.tuning import Pair
-from cabledrive.report.blocks import Cell, Table, table
+from cabledrive.report.blocks import Table, listed
 from cabledrive.report.machine.data import both
-from cabledrive.report.typesetting import number, quantity, stated
-from cabledrive.studies.motion_margins import TEETH, MotionMargins, PulleyMargin
+from cabledrive.report.words import speed_unit
+from cabledrive.studies.excitation_orders import Campbell
+from cabledrive.studies.motion_margins import (
+    FRICTION,
+    TEETH,
+    MotionMargins,
+    MotorMargin,
+    PulleyMargin,
+    SpanMargin,
+)
 from cabledrive.studies.pair_thresholds import SUM, CoupledPair
 from cabledrive.studies.resonance import ResonanceSummary
 from cabledrive.studies.route_pairs import RoutePair, RouteResonance
+
+PAIR = Keys(
+    "kind longitudinal_hz span section detuning_hz threshold_torque number=numbers.0 "
+    "transverse_hz=transverse_hz.0",
+    {"threshold_torque": ".reason"},
+    of=CoupledPair,
+)
+SECOND = Keys("second_number=numbers.1 second_transverse_hz=transverse_hz.1", of=CoupledPair)
+OWN = Keys(
+    "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension",
+    {"tuned_pretension": ".reason"},
+    of=Pair,
+)
+ROUTE_PAIR = Keys(
+    "kind longitudinal_hz family span plane detuning_hz threshold_strain=threshold_amplitude "
+    "threshold_torque transverse_hz=transverse_hz.0",
+    {"threshold_torque": ".reason"},
+    of=RoutePair,
+)
+PAIRS = (
+    Row("kind", "Kind", kind="text"),
+    Row("where", "Where", kind="text"),
+    Row("longitudinal_hz", "Longitudinal", "Hz", 6),
+    Row("across", "Transverse", "Hz"),
+    Row("detuning_hz", "Detuning", "Hz", 4),
+    Row("threshold_torque", "Threshold torque", "N m", "", none="none"),
+)
+OF_LOOPS = (
+    *PAIRS,
+    Row("frequency_ratio", "Ratio", "", 4),
+    Row("tuned_pretension", "Tuned at", "N", ""),
+)
+
+
+def pair_data(pair: CoupledPair | RoutePair, pairs: Sequence[Pair] = ()) -> dict[str, Any]:
+    """A pair as JSON has it; ``pairs``: of a loop's pulley mode, whose ratio and tuned pretension it gets."""
+    if isinstance(pair, RoutePair):
+        second = {"second_transverse_hz": pair.transverse_hz[1]} if pair.kind == SUM else {}
+        return ROUTE_PAIR(pair) | second
+    own = own_pair(pairs, pair)
+    second = SECOND(pair) if pair.kind == SUM else {}
+    return PAIR(pair) | second | ({} if own is None else OWN(own))
 
 
 def pairs_table(found: ResonanceSummary | RouteResonance, most: int) -> Table | None:
@@ -20,38 +73,34 @@ def pairs_table(found: ResonanceSummary | RouteResonance, most: int) -> Table | 
     section and the nearest to 1:2 are always listed.
     """
     pairs: Sequence[CoupledPair | RoutePair]
-    heads = "Kind | Where | Longitudinal [Hz] | Transverse [Hz] | Detuning [Hz] | Threshold torque []"
     if isinstance(found, RouteResonance):
-        pairs, rows = found.pairs, [_pair(pair) for pair in found.pairs[:most]]
+        pairs, rows = found.pairs, [_told(pair) for pair in found.pairs[:most]]
     else:
-        pairs, heads, rows = found.coupled, f"{heads} | Ratio [] | Tuned at []", []
+        pairs, rows = found.coupled, []
         for place, pair in enumerate(found.coupled):
             own = own_pair(found.pairs, pair)
-            if place < most or (own is not None and _told(own, found.pairs)):
-                tuned = None if own is None else own.tuned_pretension
-                ratio = "" if own is None else number(own.ratio, 4)
-                rows.append((*_pair(pair), ratio, "" if tuned is None else quantity(tuned, "N")))
+            if place < most or (own is not None and _always(own, found.pairs)):
+                rows.append(_told(pair, found.pairs))
     left = len(pairs) - len(rows)
     note = f"{left} more with higher thresholds." if left > 0 else ""
     caption = "Longitudinal modes and the transverse modes that they can excite, lowest threshold first."
-    return table(caption, heads, rows, note=note) if rows else None
+    columns = PAIRS if isinstance(found, RouteResonance) else OF_LOOPS
+    return listed(caption, columns, rows, note=note) if rows else None
 
 
-def _pair(pair: CoupledPair | RoutePair) -> tuple[Cell, ...]:
+def _told(pair: CoupledPair | RoutePair, pairs: Sequence[Pair] = ()) -> dict[str, Any]:
+    """A pair with where it is, in words."""
     if isinstance(pair, RoutePair):
         where = f"{pair.span}, {pair.plane}"
     else:
         modes = " + ".join(str(one) for one in dict.fromkeys(pair.numbers))
         where = f"{pair.span}, {pair.section[0]:.4g} to {pair.section[1]:.4g} m, m = {modes}"
-    across = pair.transverse_hz if pair.kind == SUM else pair.transverse_hz[:1]
-    return (
-        pair.kind,
-        where,
-        number(pair.longitudinal_hz, 6),
-        " + ".join(number(hertz, 6) for hertz in across),
-        number(pair.detuning_hz, 4),
-        "none" if pair.threshold_torque is None else quantity(pair.threshold_torque, "N m"),
-    )
+    return pair_data(pair, pairs) | {"where": where, "across": sum_of(pair.transverse_hz, pair.kind)}
+
+
+def sum_of(hertz: Iterable[float], kind: str) -> str:
+    """The frequencies of the transverse modes of a pair [Hz]: of 1:2 one, of the sum type two."""
+    return " + ".join(number(one, 6) for one in (*hertz,)[: 2 if kind == SUM else 1])
 
 
 def own_pair(pairs: Sequence[Pair], pair: CoupledPair) -> Pair | None:
@@ -65,41 +114,118 @@ def own_pair(pairs: Sequence[Pair], pair: CoupledPair) -> Pair | None:
     return None
 
 
-def _told(pair: Pair, pairs: Sequence[Pair]) -> bool:
+def _always(pair: Pair, pairs: Sequence[Pair]) -> bool:
     """Whether a pair is always listed: the lowest of each section, and the nearest to 1:2."""
     own = [other for other in pairs if (other.span, other.section) == (pair.span, pair.section)]
     return pair.number <= 3 or pair is min(own, key=lambda other: abs(other.detuning))
 
 
+NO_STRENGTH, NO_LIMIT = "no strength [N] in the file", "no limit in the file"
+SPAN = Keys(
+    "name route tension_at_rest=rest tension_without_vibration=even lowest_at highest_at slack safety_factor "
+    "verdict lowest_tension=tension.0 highest_tension=tension.1",
+    {"safety_factor": NO_STRENGTH},
+    of=SpanMargin,
+)
+MOTOR = Keys(
+    "pulley=name peak_torque rms_torque holding_torque torque_limit peak_speed speed_limit verdict",
+    {"torque_limit": NO_LIMIT, "speed_limit": NO_LIMIT},
+    of=MotorMargin,
+)
+MARGINS = Keys(
+    "verdict reasons assumptions overshoot poses step spans motors",
+    {"overshoot": "no tension changes"},
+    {"spans": SPAN, "motors": MOTOR},
+    of=MotionMargins,
+)
+HELD = {FRICTION: "capstan_friction", TEETH: "teeth_in_mesh allowed_tension=allowed"}
+PULLEYS = {
+    by: Keys(
+        f"name route by wrap needed_friction effective_tension margin time verdict {held}",
+        {
+            "needed_friction": "a tension is gone",
+            "margin": NO_LIMIT,
+            "allowed_tension": NO_STRENGTH,
+            "capstan_friction": "no capstan_friction in the file",
+        },
+        of=PulleyMargin,
+    )
+    for by, held in HELD.items()
+}
+ALONG = Keys("text: torque_from rows: pulleys", parts={"pulleys": tuple(PULLEYS.values())}, also=(MARGINS,))
+VERDICT = Row("verdict", "Verdict", kind="text")
+SPANS = (
+    Row("name", "Span", kind="text"),
+    Row("rest", "At rest", "N", both),
+    Row("even", "Without vibration", "N", both),
+    Row("tension", "With vibration", "N", both),
+    Row("safety_factor", "Safety", "", 3),
+    VERDICT,
+)
+TURNED = (
+    Row("name", "Pulley", kind="text"),
+    Row("wrap", "Wrap", "deg", 4, degrees(1.0)),
+    Row("needed", "Needed"),
+    Row("holds", "Holds"),
+    Row("margin", "Margin", "", 3),
+    VERDICT,
+)
+MOTORS = (
+    Row("name", "Motor", kind="text"),
+    Row("peak_torque", "Peak", "N m", 4),
+    Row("rms_torque", "Rms", "N m", 4),
+    Row("torque_limit", "Limit", "N m", 4),
+    Row("peak_speed", "Peak speed", "rpm", 4, 30.0 / pi),
+    VERDICT,
+)
+
+
+def margins_data(found: MotionMargins) -> dict[str, Any]:
+    """The margins along a motion as JSON has them."""
+    pulleys = [PULLEYS[own.by](own) for own in found.pulleys]
+    for own, made in zip(found.pulleys, pulleys, strict=True):
+        if own.effective_tension == 0.0 and own.margin is None:
+            made["margin_reason"] = "nothing to transmit"
+    return MARGINS(found) | {"torque_from": "places" if found.given else "file", "pulleys": pulleys}
+
+
 def margins_tables(found: MotionMargins) -> tuple[Table, Table, Table]:
     """Spans, pulleys and motors along a motion: what is needed and what holds."""
-    spans = (
-        (own.name, *map(both, (own.rest, own.even, own.tension)), stated(own.safety_factor, 3), own.verdict)
-        for own in found.spans
+    turned = (
+        {row.key: getattr(own, row.key, None) for row in TURNED} | _needed(own) for own in found.pulleys
     )
-    pulleys = (
-        (own.name, number(degrees(own.wrap), 4), *_needed(own), stated(own.margin, 3), own.verdict)
-        for own in found.pulleys
-    )
-    motors = []
-    for own in found.motors:
-        shown = (own.peak_torque, own.rms_torque, own.torque_limit, 30.0 / pi * own.peak_speed)
-        motors.append((own.name, *(stated(value, 4) for value in shown), own.verdict))
     return (
-        table(
-            "Tensions along the motion.",
-            "Span | At rest [N] | Without vibration [N] | With vibration [N] | Safety [] | Verdict",
-            spans,
-        ),
-        table("Pulleys.", "Pulley | Wrap [deg] | Needed [] | Holds [] | Margin [] | Verdict", pulleys),
-        table("Motors.", "Motor | Peak [N m] | Rms [N m] | Limit [N m] | Peak speed [rpm] | Verdict", motors),
+        listed("Tensions along the motion.", SPANS, found.spans),
+        listed("Pulleys.", TURNED, turned),
+        listed("Motors.", MOTORS, found.motors),
     )
 
 
-def _needed(own: PulleyMargin) -> tuple[str, str]:
+def _needed(own: PulleyMargin) -> dict[str, str]:
     """What a pulley must transmit and what it holds."""
     if own.by == TEETH:
         allowed = "" if own.allowed is None else quantity(own.allowed, "N", 4)
-        return quantity(own.effective_tension, "N", 4), f"{allowed} on {own.teeth_in_mesh} teeth"
+        return {
+            "needed": quantity(own.effective_tension, "N", 4),
+            "holds": f"{allowed} on {own.teeth_in_mesh} teeth",
+        }
     need = "slips" if own.needed_friction is None else f"friction {number(own.needed_friction, 3)}"
-    return need, stated(own.capstan_friction, 3)
+    return {"needed": need, "holds": stated(own.capstan_friction, 3)}
+
+
+def zones_table(found: Campbell, most: int | None = None) -> Table:
+    """Speeds at which an excitation comes near a mode, the heaviest first, and which are clear."""
+    unit, place = speed_unit(found.coordinate), "m" if found.key.endswith((".x", ".y")) else ""
+    columns = (
+        Row("order", "Order", kind="text"),
+        Row("mode", "Mode", kind="text"),
+        Row("low", "From", unit, 4),
+        Row("high", "To", unit, 4),
+        Row("place_low", f"{found.key} from", place, 4),
+        Row("place_high", "to", place, 4),
+    )
+    clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in found.clear)
+    caption = f"Speeds of {found.coordinate} at which an excitation comes near a mode, the heaviest first."
+    left = 0 if most is None else max(len(found.zones) - most, 0)
+    more = f"{left} more zones of less weight: --json lists all.\n" if left else ""
+    return listed(caption, columns, found.zones[:most], f"{more}Clear of all modes: {clear or 'none'}")

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from markupsafe import Markup
 
-from cabledrive.parameters.fields import percent
+from cabledrive.answers.figures import number, percent, stated
 from cabledrive.report.blocks import Block, Cell, Chapter, Note, Paragraph, Table, pictured, table
 from cabledrive.report.figures.study_runs import (
     CARRIAGE,
@@ -15,7 +15,6 @@ from cabledrive.report.figures.study_runs import (
     worst_picture,
 )
 from cabledrive.report.study.verdict import listed, named, unit_shown
-from cabledrive.report.typesetting import number, stated
 from cabledrive.report.words import sentences, texts
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, WorstCase

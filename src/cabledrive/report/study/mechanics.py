@@ -3,13 +3,13 @@
 from collections import Counter
 from dataclasses import fields
 
+from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.report.animation import animation_svg
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph, RowGroup, Table, pictured, table
 from cabledrive.report.figures.study_runs import responses_picture
-from cabledrive.report.typesetting import number, quantity
 from cabledrive.report.words import texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.simulation import Recording, Scheme, simulate

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 from markupsafe import Markup
 
+from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.report.blocks import Block, Chapter, Note, Paragraph, Table, pictured, table
 from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.machine.data import derived_table
-from cabledrive.report.typesetting import number, quantity
 from cabledrive.report.words import sentences, texts
 from cabledrive.studies.study import Goals, StudyResult
 from cabledrive.studies.study.carriage import know_carriage

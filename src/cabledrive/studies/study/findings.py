@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
 
+from cabledrive.answers.figures import percent, rounded
 from cabledrive.parameters import Drive
-from cabledrive.parameters.fields import meaning, percent, rounded
+from cabledrive.parameters.fields import meaning
 from cabledrive.rig.plant_samples import CONFIDENCE
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, TriedLaws

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cabledrive.answers.result import Result, Row
+from cabledrive.answers.figures import Row
+from cabledrive.answers.result import Result
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.drive import RoutedDrive

@@ -7,8 +7,8 @@ on. No: torque, speed, slack or resonance refuse the motion, which no law can me
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cabledrive.answers.figures import rounded
 from cabledrive.mechanics.datasheet import elastic_range, largest_pretension
-from cabledrive.parameters.fields import rounded
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.rig.setting import control_delay, current_rate

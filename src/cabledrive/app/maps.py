@@ -4,12 +4,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cabledrive.answers.figures import Row
 from cabledrive.answers.keys import Keys
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.keys import quantity_of
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
-from cabledrive.report.blocks import table, table_text
+from cabledrive.report.blocks import listed, table_text
+from cabledrive.report.machine.tables import zones_table
 from cabledrive.report.words import HELD, speed_unit
 from cabledrive.studies.excitation_orders import Campbell, Zone
 from cabledrive.studies.sway import Sway, SwayingRope
@@ -42,7 +44,12 @@ def map_answer(
     size = " x ".join(str(n) for n in data["shape"])
     over = f"{size} points over {', '.join(data['keys'])}; motor {HELD[data['motor']]}"
     certified = f"{over}; certified at {data['certified_points']}."
-    text = [f"{drive.title or drive.name}", certified, "", _table(data["ranges"])]
+    text = [
+        f"{drive.title or drive.name}",
+        certified,
+        "",
+        table_text(listed("", RANGES, map(_named, data["ranges"]))),
+    ]
     if data["points_without_modes"]:
         text.append(
             f"{data['points_without_modes']} points have no modes, the first: {data['first_reason']}."
@@ -76,13 +83,16 @@ def _ranges(found: "xr.Dataset", name: str, dims: list[str]) -> list[dict[str, A
     return rows
 
 
-def _table(rows: list[dict[str, Any]]) -> str:
-    cells = []
-    for row in rows:
-        ends = (f"{row[end]['frequency_hz']:.6g}" for end in ("lowest", "highest"))
-        name = row.get("coordinate") or f"{row['output'].removesuffix('_hz')} {row['mode']}"
-        cells.append((name, *ends))
-    return table_text(table("", " | lowest [Hz] | highest [Hz]", cells))
+RANGES = (
+    Row("name", "", kind="text"),
+    Row("lowest.frequency_hz", "lowest", "Hz", ".6g"),
+    Row("highest.frequency_hz", "highest", "Hz", ".6g"),
+)
+
+
+def _named(row: dict[str, Any]) -> dict[str, Any]:
+    name = row.get("coordinate") or f"{row['output'].removesuffix('_hz')} {row['mode']}"
+    return row | {"name": name}
 
 
 ZONE = Keys("order mode kind low high place_low place_high weight", of=Zone)
@@ -104,21 +114,13 @@ MAP = Keys(
 
 
 def _speeds(found: Campbell) -> list[str]:
-    """What to avoid, the heaviest first, and what is clear."""
-    unit, length = speed_unit(found.coordinate), " m" if found.key.endswith((".x", ".y")) else ""
-    proof = "certified" if found.certified else "not certified"
+    """What was searched, what to avoid and what is clear."""
+    proof, unit = "certified" if found.certified else "not certified", speed_unit(found.coordinate)
     lines = [f"Order {name}: {rate:.5g} Hz per {unit}." for name, rate in found.orders.items()]
-    lines.append(
+    searched = (
         f"Searched up to {found.covered:.4g} Hz ({proof} complete): {len(found.branches)} distinct modes."
     )
-    for zone in found.zones[:MOST_LINES]:
-        there = "" if zone.place_low == zone.place_high else f" to {zone.place_high:.4g}"
-        speeds, places = f"{zone.low:.4g} to {zone.high:.4g} {unit}", f"{zone.place_low:.4g}{there}{length}"
-        lines.append(f"Avoid {speeds} with {found.key} at {places}: order {zone.order} excites {zone.mode}.")
-    if len(found.zones) > MOST_LINES:
-        lines.append(f"{len(found.zones) - MOST_LINES} more zones of less weight: --json lists all.")
-    clear = ", ".join(f"{low:.4g} to {high:.4g} {unit}" for low, high in found.clear)
-    return [*lines, f"Clear of all modes: {clear or 'none'}"]
+    return [*lines, searched, "", table_text(zones_table(found, MOST_LINES))]
 
 
 ALONE, EACH = 31, 11

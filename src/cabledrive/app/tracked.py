@@ -5,15 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cabledrive.answers.figures import aligned, stated
 from cabledrive.answers.keys import Keys
-from cabledrive.answers.result import aligned
 from cabledrive.answers.runs import WOUND
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import Drive, InputRefused, load_drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
-from cabledrive.report.typesetting import stated
 
 if TYPE_CHECKING:
     from cabledrive.rig import Tracking, TwoMotorTracking

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cabledrive.answers.keys import Keys
+from cabledrive.answers.runs import PARAMETERS
 from cabledrive.app.results import Answer, provenance
 from cabledrive.identification.axis.check import AGAINST
 from cabledrive.identification.estimates import ESTIMATE, IDENTIFIED, Estimate
@@ -17,7 +18,7 @@ from cabledrive.identification.tension.strings import compared, tension_from_pin
 from cabledrive.parameters import Drive, InputRefused, load_drive
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route.drive import RoutedDrive
-from cabledrive.report.blocks import table, table_text
+from cabledrive.report.blocks import listed, table_text
 
 INTERVAL = Keys("unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"), of=Estimate)
 ANSWER = Keys("object: against?", parts={"against": AGAINST}, also=(IDENTIFIED,))
@@ -124,22 +125,14 @@ def _tensions(
             f"not in the interval of {name}: 1 % of the length moves it by {length:.2g} N, 1 % of the mass "
             f"per length by {mass:.2g} N"
         )
-    text = "\n".join([*parameter_rows(data), *lines, *more, *finding_lines(data)])
+    text = "\n".join([parameter_rows(data["parameters"]), *lines, *more, *finding_lines(data)])
     return Answer(data=data, text=text, provenance=provenance(drive, method=method), incomplete=missing)
 
 
-def parameter_rows(data: dict[str, Any]) -> list[str]:
+def parameter_rows(parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """The parameters, aligned."""
-    entries = data["parameters"].values()
-    level = "" if any(one["value"] is not None and one["low"] is None for one in entries) else " (95 %)"
-    rows = [("parameter", "value", f"low{level}", f"high{level}", "unit")]
-    for name, entry in data["parameters"].items():
-        if entry["value"] is None:
-            rows.append((name, "not determined", "", "", entry["unit"]))
-        else:
-            low, high = ("none" if entry[k] is None else f"{entry[k]:.6g}" for k in ("low", "high"))
-            rows.append((name, f"{entry['value']:.6g}", low, high, entry["unit"]))
-    return [table_text(table("", " | ".join(rows[0]), rows[1:]))]
+    rows = ({"name": name} | dict(one) for name, one in parameters.items())
+    return table_text(listed("", PARAMETERS, rows))
 
 
 def finding_lines(data: dict[str, Any]) -> list[str]:
@@ -181,8 +174,8 @@ def _split_text(found: FrictionSplit) -> str:
             "motor and bearings, at the motor": found.constant,
             "wraps, over the tension": found.per_tension,
         }
-    shown = parameter_rows({"parameters": {name: INTERVAL(own) for name, own in rows.items()}})
-    return "\n".join([*shown, f"{found.strokes} strokes", *(f"finding: {line}" for line in found.findings)])
+    shown = parameter_rows({name: INTERVAL(own) for name, own in rows.items()})
+    return "\n".join([shown, f"{found.strokes} strokes", *(f"finding: {line}" for line in found.findings)])
 
 
 def against_lines(found: Mapping[str, Any]) -> list[str]:
