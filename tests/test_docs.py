@@ -137,7 +137,7 @@ def test_a_page_runs_and_prints_what_it_shows(page, whole, tmp_path, monkeypatch
 def test_the_tutorial_runs_from_an_empty_folder_and_prints_what_it_shows(machine, tmp_path, monkeypatch):
     """Fewer plants than a reader's, no drawing of the study, of whose lines the verdict is compared."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: result.drive.name)
+    monkeypatch.setattr("cabledrive.report.study.results.study_html", lambda result: result.drive.name)
     text = PAGES["tutorial"].split(f"\n## {machine}\n")[1].split("\n## ")[0]
     assert run_page(text, "commands") >= 6
     if "study" in text and machine == MACHINES[0]:

@@ -67,7 +67,7 @@ def test_help_has_one_example_and_it_runs_and_answers_as_its_schema_says(name, t
     if "log.csv" in arguments[1:2]:  # as the example of `experiment` makes it, of fewer samples
         assert call(*shlex.split(EXAMPLES["experiment"])[1:], *SLOWLY).exit_code == 0
     if name == "study":  # its drawing is tested elsewhere
-        monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: result.drive.name)
+        monkeypatch.setattr("cabledrive.report.study.results.study_html", lambda result: result.drive.name)
         (tmp_path / "few.toml").write_text(BRIEF)
         arguments += ["--goals", "few.toml", *SLOWLY]
     if name == "compare":  # one law on few plants: tuning all of them is tested elsewhere

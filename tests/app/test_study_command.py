@@ -50,7 +50,7 @@ def test_a_second_run_is_served_and_changes_no_file(finished):
 
 
 def test_a_no_is_an_answer_and_not_a_failure(tmp_path, monkeypatch):
-    monkeypatch.setattr("cabledrive.report.study_page.study_html", lambda result: "drawn elsewhere")
+    monkeypatch.setattr("cabledrive.report.study.results.study_html", lambda result: "drawn elsewhere")
     (tmp_path / "hasty.toml").write_text(GOALS.replace("30 deg", "90 deg"))
     asked = ["--goals", tmp_path / "hasty.toml", "--quick", "--json"]
     result = call("study", WINCH, *asked, "-o", tmp_path / "out")

@@ -39,11 +39,6 @@ def fixed(value: float, decimals: int) -> str:
     return f"{value:.{decimals}f}".replace("-", "−")
 
 
-def decimals_for(largest: float, digits: int = 6) -> int:
-    """Decimals, at least 1, that give the largest number of a column this many digits."""
-    return max(1, digits - 1 - floor(log10(abs(largest)))) if largest else 1
-
-
 def unit_name(unit: str) -> str:
     """A unit of a drive file as it is printed: "kg m²" for "kg m^2"; nothing for a plain number."""
     if unit == "1":
@@ -101,12 +96,12 @@ class Row(NamedTuple):
         """The value without its unit."""
         if value is None:
             return self.none
+        if callable(self.form):
+            return self.form(value)
         if isinstance(value, bool):
             return "yes" if value else "no"
         if isinstance(value, str):
             return value
-        if callable(self.form):
-            return self.form(value)
         if isinstance(value, list | tuple):
             return " and ".join(map(self.full, value))
         if isinstance(self.form, int):
@@ -124,16 +119,6 @@ class Row(NamedTuple):
         """The value as it stands in a column, whose head has the unit."""
         return self.full(value) if self.form == "" and value is not None else self.text(value)
 
-    @property
-    def numeric(self) -> bool:
-        """Whether it is a number, flush right in a column."""
-        return self.kind.startswith(("number", "count"))
-
-    @property
-    def column_unit(self) -> str:
-        """The unit for the head of its column."""
-        return "" if self.form == "" else self.unit
-
 
 def part_of(data: Any, key: str) -> Any:
     """An item of a mapping or an attribute; None where there is none."""
@@ -150,7 +135,7 @@ def shown(rows: Iterable[Row], data: Any) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     for row in rows:
         value = row.of(data)
-        if _nothing(row, value):
+        if value is None or ((isinstance(value, str | list | tuple) or row.form == "d") and not value):
             continue
         several = isinstance(value, list | tuple) and isinstance(value[0], str)
         lines = value if several else [row.full(value)]
@@ -163,10 +148,6 @@ def aligned(pairs: Iterable[tuple[str, str]]) -> list[str]:
     pairs = list(pairs)
     width = max((len(words) for words, _ in pairs), default=0)
     return [f"  {words:<{width}}  {value}" for words, value in pairs]
-
-
-def _nothing(row: Row, value: Any) -> bool:
-    return value is None or ((isinstance(value, str | list | tuple) or row.form == "d") and not value)
 
 
 MOST_PARTS = 4

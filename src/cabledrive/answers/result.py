@@ -7,7 +7,7 @@ from html import escape
 from itertools import chain
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cabledrive.answers.figures import Row, aligned, figures_of, key_of, part_of, shown
+from cabledrive.answers.figures import Row, aligned, figures_of, given, key_of, part_of, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,11 +30,11 @@ class Result:
 
     @property
     def figures(self) -> list[tuple[str, str]]:
-        """Words and value of each main figure."""
+        """Words and value of each main figure, or key and value of each quantity that is stated."""
         if self._shown:
             return shown(self._shown, self._about)
         values = {key_of(one): getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
-        return shown(chain(*figures_of(type(self)).values()), values)
+        return shown(chain(*figures_of(type(self)).values()), values) or list(given(self))
 
     @property
     def _head(self) -> str:

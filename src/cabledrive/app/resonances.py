@@ -16,8 +16,7 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
 from cabledrive.report.blocks import listed, table_text
-from cabledrive.report.machine.data import figures_table
-from cabledrive.report.machine.tables import PAIR, ROUTE_PAIR, pair_data, pairs_table, sum_of
+from cabledrive.report.machine.tables import ENDS, PAIR, PLANE, ROUTE_PAIR, pair_data, pairs_table, several
 from cabledrive.studies.alarm import AlarmResult, route_alarm
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.resonance import Remedy, ResonanceSummary, sensitivity
@@ -29,7 +28,6 @@ from cabledrive.studies.route_path import Passage
 OF_LOOPS, OF_ROUTES, MOST_PASSAGES = 6, 12, 50
 LARGEST_MODES, LARGEST_PASSAGES = 3, 5
 METHOD_OF_ROUTES = "exact modes of the network, coupling by exact integrals, first-order instability"
-PLANES = {"w": "in plane", "v": "out of plane"}
 EXCITED = {"none": "", "direct": "directly, through sag", "parametric": "parametrically"}
 ALARM = Keys(
     "verdict estimate_with_changes=changed slack modes",
@@ -37,20 +35,20 @@ ALARM = Keys(
     of=AlarmResult,
     figures=ALARMED,
 )
+SPAN, AT = Row("span", "Span", kind="text"), Row("time", "At", "s", ".3g")
 MOVED = (
-    Row("where", "Mode", kind="text"),
+    *(SPAN, ENDS, PLANE, Row("number", "m", form="d")),
     Row("frequency_hz", "Frequency", "Hz", 4),
     Row("largest", "Largest", "m", ""),
-    Row("time", "At", "s", ".3g"),
-    Row("excited", "Excited", kind="text"),
+    *(AT, Row("excitation", "Excited", form=lambda how: EXCITED[how], kind="text")),
 )
 PASSED = (
-    Row("where", "Pair", kind="text"),
+    *(SPAN, PLANE, Row("kind", "Kind", kind="text")),
     Row("longitudinal_hz", "Longitudinal", "Hz", 4),
-    Row("across", "Transverse", "Hz"),
+    Row("transverse_hz", "Transverse", "Hz", several),
     Row("passes", "Passed", kind="flag"),
     Row("amplitude", "Amplitude over steady threshold", "", 3),
-    Row("time", "At", "s", ".3g"),
+    AT,
 )
 PASSAGE = Keys(
     "kind span plane longitudinal_hz transverse_hz detuning_hz passes time "
@@ -146,11 +144,8 @@ def _summary(
     """Verdict, figures and pairs; ``none``: what is said where there are no pairs."""
     head = (drive.title or drive.name, "", f"verdict: {found.verdict}", *indented(found.reasons))
     pairs = pairs_table(found, most)
-    return [
-        "\n".join(head),
-        table_text(figures_table(found, "")),
-        none if pairs is None else table_text(pairs),
-    ]
+    figures = "\n".join(aligned(found.figures))
+    return ["\n".join(head), figures, none if pairs is None else table_text(pairs)]
 
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
@@ -180,27 +175,9 @@ def indented(lines: Iterable[str]) -> list[str]:
 
 def alarm_text(judged: AlarmResult) -> str:
     """The verdict on a motion for people, with the largest modes and passages."""
-    parts = ["\n".join([f"motion: {judged.verdict}", *aligned(judged.figures)])]
-    modes = [
-        {row.key: row.of(mode) for row in MOVED}
-        | {
-            "where": f"{mode.span}, {mode.section[0]:.4g} to {mode.section[1]:.4g} m, {PLANES[mode.plane]}, "
-            f"m = {mode.number}",
-            "excited": EXCITED[mode.excitation],
-        }
-        for mode in judged.modes[:LARGEST_MODES]
-    ]
-    passages = [
-        PASSAGE(one)
-        | {
-            "where": f"{one.span}, {PLANES[one.plane]}, {one.kind}",
-            "across": sum_of(one.transverse_hz, one.kind),
-            "amplitude": one.amplitude,
-        }
-        for one in judged.passages[:LARGEST_PASSAGES]
-    ]
-    both = ((MOVED, modes), (PASSED, passages))
-    return "\n\n".join(parts + [table_text(listed("", rows, things)) for rows, things in both if things])
+    head = "\n".join([f"motion: {judged.verdict}", *aligned(judged.figures)])
+    both = ((MOVED, judged.modes[:LARGEST_MODES]), (PASSED, judged.passages[:LARGEST_PASSAGES]))
+    return "\n\n".join([head, *(table_text(listed("", rows, things)) for rows, things in both if things)])
 
 
 def of_motion(found: ResonanceSummary | RouteResonance, judged: AlarmResult, rest: Sequence[str] = ()) -> Any:

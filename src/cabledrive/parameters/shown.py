@@ -2,7 +2,6 @@
 
 from typing import TYPE_CHECKING
 
-from cabledrive.answers.figures import given
 from cabledrive.answers.result import Result
 
 if TYPE_CHECKING:
@@ -10,14 +9,9 @@ if TYPE_CHECKING:
 
 
 class Machine(Result):
-    """Base of drives: a card and a table of what is stated, by the keys of the file, and a drawing."""
+    """Base of drives: what is stated, by the keys that ``--set`` takes, and a drawing."""
 
     _heading = "{0.name}"
-
-    @property
-    def figures(self) -> list[tuple[str, str]]:
-        """Key and value of each quantity that is stated, as ``--set`` takes it."""
-        return list(given(self))
 
     def plot(self) -> "Figure":
         """Draw the pulleys and the free spans between them to scale, a line of its own colour a route.
@@ -36,6 +30,5 @@ class Machine(Result):
             axes.plot(*zip(*span.contacts, strict=True), color=f"C{span.route % 10}")
         for pulley in machine.pulley:
             axes.add_patch(patches.Circle(pulley.at, pulley.radius, fill=False))
-            axes.annotate(pulley.name, pulley.at, ha="center", va="center", fontsize=8)
         axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=self._head)
         return figure

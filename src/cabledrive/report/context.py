@@ -18,7 +18,7 @@ from cabledrive.report.words import anchors
 
 SHOWN_MODES, ROUTE_MODES = 5, 6
 MOST_LISTED = 10_000
-_ROOM = 1.08
+_ROOM = 1.1  # more than two digits round off
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,7 +51,7 @@ class ReportContext:
         self.progress(f"natural modes: {drive.name}")
         if isinstance(drive, RoutedDrive):
             return modes(drive, count=ROUTE_MODES)
-        below = _round_up(_ROOM * natural_frequencies(drive, count=SHOWN_MODES)[-1])
+        below = float(f"{_ROOM * natural_frequencies(drive, count=SHOWN_MODES)[-1]:.2g}")
         if Spectrum(network_of_drive(drive)).count(2 * pi * below) > MOST_LISTED:
             return modes(drive, count=SHOWN_MODES)
         return modes(drive, below=below)
@@ -78,14 +78,6 @@ def _place(drive: Drive | RoutedDrive) -> tuple[bool, int]:
     name = drive.name.lower()
     found = (number for number, word in enumerate(BROUGHT) if word in name)
     return name.startswith("dissertation"), next(found, len(BROUGHT))
-
-
-def _round_up(value: float) -> float:
-    """The next number of two significant digits."""
-    digits = f"{value:.1e}"
-    rounded = float(digits)
-    step = 10.0 ** (int(digits.split("e")[1]) - 1)
-    return rounded if rounded >= value else float(f"{rounded + step:.1e}")
 
 
 _PACKAGES = ("numpy", "scipy", "numba", "xarray", "matplotlib", "Jinja2")

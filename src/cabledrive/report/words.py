@@ -15,7 +15,7 @@ from cabledrive.modal import Modes
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.modal.ranges import INCOMPLETE
-from cabledrive.report.blocks import table, table_text
+from cabledrive.report.blocks import Table, listed, table_text
 
 LOWEST = "Lowest longitudinal frequency"
 DATASHEET = figures_of(DerivedQuantities) | {
@@ -98,13 +98,29 @@ def sentences(lines: Iterable[str]) -> str:
     return " ".join(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines)
 
 
-def mode_table(found: Modes) -> str:
-    """Table of the modes, what repeats in both planes and spans in one row, and the certificate below it."""
-    rows = [
-        (f"{row.frequency:.9g}", str(row.count), row.kind, row.family, row.where) for row in mode_rows(found)
-    ]
-    listed = table_text(table("", "frequency [Hz] | modes [] | kind | family | where", rows))
-    return "\n".join([listed, "", certificate_line(found), *_remarks(found)])
+MODES = (
+    Row("frequency", "frequency", "Hz", ".9g"),
+    Row("count", "modes", form="d"),
+    Row("kind", "kind", kind="text"),
+    Row("family", "family", kind="text"),
+    Row("where", "where", kind="text"),
+)
+
+
+def modes_table(found: Modes, across: int | None = None) -> Table:
+    """The modes, what repeats in both planes and spans in one row; ``across``: most transverse rows."""
+    rows, left = mode_rows(found), 0
+    if across is not None:
+        along, transverse = ([one for one in rows if one.kind == kind] for kind in (LONGITUDINAL, TRANSVERSE))
+        rows, left = (*along, *transverse[:across]), len(transverse) - across
+    note = f"{left} more transverse frequencies." if left > 0 else ""
+    caption = "Natural modes: what moves, and where the kinetic energy of those along the rope is."
+    return listed(caption, MODES, rows, note)
+
+
+def modes_text(found: Modes) -> str:
+    """Table of the modes and the certificate below it."""
+    return "\n".join([table_text(modes_table(found)), "", certificate_line(found), *remarks(found)])
 
 
 def certificate_line(found: Modes) -> str:
@@ -118,14 +134,14 @@ def certificate_line(found: Modes) -> str:
     return f"NOT complete: {held} exist up to {proof.below:.8g} Hz; the list lacks some of them."
 
 
-def _remarks(found: Modes) -> Iterator[str]:
+def remarks(found: Modes) -> Iterator[str]:
     """What the rows do not show."""
     proof = found.certificate
     reached = ((LONGITUDINAL, proof.longitudinal_below), (TRANSVERSE, proof.transverse_below))
     for kind, below in reached:
         if any(mode.frequency > proof.below for mode in found.modes if mode.kind == kind):
             yield f"{kind.capitalize()} modes alone are listed up to {below:.8g} Hz."
-    yield from (f"Transverse modes: {line}." for line in [_models(found)] if line)
+    yield from (f"Transverse modes: {line}." for line in [models_of(found)] if line)
     yield from (f"Warning: {line}." for line in found.warnings)
     yield from rigid_words(found)
 
@@ -135,7 +151,7 @@ def rigid_words(found: Modes) -> list[str]:
     return [f"Rigid-body modes not listed: {found.rigid_body_modes}."] if found.rigid_body_modes else []
 
 
-def _models(found: Modes) -> str:
+def models_of(found: Modes) -> str:
     """What the cable is taken for in each plane."""
     planes = (
         (plane, sorted({m.model or "" for m in found.transverse if m.plane == plane})) for plane in "wv"

@@ -23,7 +23,7 @@ from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs
 from cabledrive.report.figures.moving_machine import moving_machine
-from cabledrive.report.machine.data import derived_table, figures_table
+from cabledrive.report.machine.data import derived_table
 from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
@@ -241,6 +241,6 @@ def _told(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:
     return {
         "verdict": found.verdict,
         "reasons": [typeset_words(words) for words in found.reasons],
-        "facts": figures_table(found, "").groups[0].rows,
+        "facts": found.figures,
         "pairs": pairs,
     }

@@ -12,7 +12,7 @@ from cabledrive.modal.mode import Certificate
 from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route.drive import RoutedDrive
-from cabledrive.report.words import certificate_line, mode_table
+from cabledrive.report.words import certificate_line, modes_text
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 MODE = Keys(
@@ -66,7 +66,7 @@ def command(
     head = f"{drive.title or drive.name}\n{lowest.line}\n{how_held(found)}"
     return Answer(
         data=MODES(found) | lowest.as_dict() | {f"{key}_reason": why for key, why in lowest.reasons.items()},
-        text=f"{head}\n\n{mode_table(found)}",
+        text=f"{head}\n\n{modes_text(found)}",
         provenance=provenance(drive, method=METHOD, tolerances={"enclosure": found.certificate.enclosure}),
         incomplete=certificate_line(found) if found.certified_reason == INCOMPLETE else None,
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cabledrive.answers.figures import percent
+from cabledrive.answers.figures import Row, aligned, percent, shown
 from cabledrive.app.failures import note
 from cabledrive.app.finished_study import (
     STAGES,
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from cabledrive.studies.study import Goals
 
 QUICK = {"draws": 400, "cable_draws": 0, "carriage_draws": 400}
+SAID = (Row("reasons", "besides"), Row("remedies", "what would help"), Row("cautions", "notes"))
 SERVED = "no input has changed: results of the finished study"
 
 
@@ -113,8 +114,7 @@ def _goals(file: str | None, quick: bool, every_law: bool) -> "Goals":
 def _studied(
     drive: Drive, logs: tuple[str, ...], wanted: "Goals", folder: Path, asked: str
 ) -> dict[str, Any]:
-    from cabledrive.report.study.results import write_files
-    from cabledrive.report.study_page import study_html
+    from cabledrive.report.study.results import study_html, write_files
     from cabledrive.studies.study import run_study
     from cabledrive.studies.study.stage_cache import sweep
 
@@ -132,18 +132,19 @@ def _answer(data: dict[str, Any], folder: Path) -> Answer:
 
 def _text(data: dict[str, Any], folder: Path) -> str:
     colour = {"yes": "green", "no": "red"}.get(data["verdict"], "yellow")
-    lines = [f"{data['drive']}: {click.style(data['verdict'], fg=colour, bold=True)}; {data['headline']}", ""]
-    lists = {"besides": data["reasons"][1:], "what would help": data["remedies"], "notes": data["cautions"]}
-    for title, listed in lists.items():
-        lines += [f"  {title if not i else '':<16} {words}" for i, words in enumerate(listed)]
-    lines += [""] if data["candidates"] else []
-    for one in data["candidates"]:  # every law that was tried, in a line each
-        unit = "mm" if "worst_mm" in one else "deg"
-        words = one["reason"] if not one["runs"] else f"worst of {one['runs']} plants "
-        if one["runs"]:
-            worst = one[f"worst_{unit}"]
-            words += "all runs ended early" if worst is None else f"{worst:.3g} {unit}"
-            low = one["share_low"]
-            words += "" if low is None else f", at least {percent(low)} of all within the goal"
-        lines.append(f"  {one['controller']:<16} {words}")
-    return "\n".join([*lines, "", f"report: {folder / 'report.html'}"])
+    head = f"{data['drive']}: {click.style(data['verdict'], fg=colour, bold=True)}; {data['headline']}"
+    said = shown(SAID, data | {"reasons": data["reasons"][1:]})
+    tried = [(one["controller"], _tried(one)) for one in data["candidates"]]
+    parts = ("\n".join(aligned(pairs)) for pairs in (said, tried))
+    return "\n\n".join(filter(None, (head, *parts, f"report: {folder / 'report.html'}")))
+
+
+def _tried(one: dict[str, Any]) -> str:
+    """What became of a law."""
+    unit = "mm" if "worst_mm" in one else "deg"
+    if not one["runs"]:
+        return str(one["reason"])
+    worst, low = one[f"worst_{unit}"], one["share_low"]
+    reached = "all runs ended early" if worst is None else f"{worst:.3g} {unit}"
+    within = "" if low is None else f", at least {percent(low)} of all within the goal"
+    return f"worst of {one['runs']} plants {reached}{within}"

@@ -1,12 +1,12 @@
 """The card of a machine, its modes, and whether they excite one another."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from cabledrive.answers.figures import decimals_for, fixed, number, quantity
+from cabledrive.answers.figures import fixed, number, quantity
 from cabledrive.modal import Modes
 from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
-from cabledrive.modal.mode_rows import ModeRow, mode_rows
+from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.report.blocks import Cell, Figure, Table, table
@@ -36,7 +36,7 @@ BADGES = {
 
 
 def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...], Table | None]:
-    """Verdict on the internal resonance, its reasons, of routes its pairs; or why it cannot be computed."""
+    """Verdict on the internal resonance, its reasons, its pairs; or why it cannot be computed."""
     try:
         found = resonance(drive)
     except (InputRefused, NotComputed) as refusal:
@@ -46,14 +46,14 @@ def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...],
     words, tone = BADGES[found.verdict]
     badge = Badge(words + at, tone)
     ratio = "" if found.frequency_ratio is None else number(found.frequency_ratio, 3)
-    if not isinstance(found, RouteResonance):
-        facts = f"The lowest transverse frequency of an empty span is {ratio} times that of the pulley mode; "
-        return badge, (*([f"{facts}0.5 is the principal resonance"] if ratio else ()), *found.reasons), None
-    nearest = (
-        f"the first transverse mode of {found.nearest_span} has {ratio} times the frequency of the "
-        f"longitudinal mode at {number(found.longitudinal_hz, 4)} Hz; 0.5 is resonance"
-    )
-    return badge, (*found.reasons, nearest, *found.left_out), pairs_table(found, SHOWN)
+    if isinstance(found, RouteResonance):
+        what = f"the first transverse mode of {found.nearest_span} has {ratio} times the frequency of the "
+        facts = f"{what}longitudinal mode at {number(found.longitudinal_hz, 4)} Hz"
+        reasons = (*found.reasons, f"{facts}; 0.5 is resonance", *found.left_out)
+    else:
+        facts = f"The lowest transverse frequency of an empty span is {ratio} times that of the pulley mode"
+        reasons = (*([f"{facts}; 0.5 is the principal resonance"] if ratio else ()), *found.reasons)
+    return badge, reasons, pairs_table(found, SHOWN)
 
 
 def facts_of(modes: Modes) -> list[tuple[str, str]]:
@@ -69,7 +69,7 @@ def facts_of(modes: Modes) -> list[tuple[str, str]]:
     return facts
 
 
-SHOWN, SHOWN_SHAPES, SHOWN_ON_ROUTES, SHOWN_ACROSS = 8, 4, 3, 6
+SHOWN, SHOWN_SHAPES, SHOWN_ON_ROUTES = 8, 4, 3
 
 
 def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
@@ -87,34 +87,6 @@ def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
         "it, each mode of both kinds as a rung.",
         drawing=ladder_picture(f"ladder-{name}", drive, modes),
     )
-
-
-def along_table(modes: Modes) -> Table | None:
-    """Longitudinal modes and the parts that hold their kinetic energy."""
-    rows = mode_rows(modes.longitudinal)
-    cells = ((_hertz(row, rows), str(row.count), row.family, row.where) for row in rows)
-    heads = "Frequency [Hz] | Modes [] | What moves | Kinetic energy"
-    return table("Longitudinal modes and their kinetic energy.", heads, cells) if rows else None
-
-
-def _hertz(row: ModeRow, rows: Sequence[ModeRow]) -> str:
-    """A frequency with decimals for five digits of the lowest and seven of the highest of some rows."""
-    ends = rows[0].frequency, rows[-1].frequency
-    return fixed(row.frequency, min(8, max(map(decimals_for, ends, (5, 7)))))
-
-
-def across_table(modes: Modes) -> Table | None:
-    """The lowest transverse modes."""
-    rows = mode_rows(modes.transverse)
-    shown = rows[:SHOWN_ACROSS]
-    more = f"The lowest {SHOWN_ACROSS} of {len(rows)} frequencies." if len(rows) > SHOWN_ACROSS else ""
-    cells = []
-    for row in shown:
-        carried = "the carriages move; " if row.family == "carriage-dominated" else ""
-        models = " and ".join(sorted({mode.model or "" for mode in row.modes}))
-        cells.append((_hertz(row, shown), str(row.count), carried + row.where, models))
-    heads = "Frequency [Hz] | Modes [] | Where | Model"
-    return table("Transverse modes.", heads, cells, note=more) if rows else None
 
 
 ON_ROUTES = (

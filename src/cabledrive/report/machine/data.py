@@ -2,12 +2,11 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from math import degrees
 from typing import Any
 
-from cabledrive.answers.figures import Row, number, quantity, shown
-from cabledrive.answers.result import Result
+from cabledrive.answers.figures import MOST_PARTS, Row, given, key_of, number, shown
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.parameters import Drive
@@ -17,7 +16,6 @@ from cabledrive.report.figures.moving_machine import coordinates, moving_machine
 from cabledrive.report.typesetting import capital
 from cabledrive.report.words import DATASHEET
 
-MOST_CARRIAGES = 4
 NOTHING = 1e-12  # in SI; what round-off leaves of a weight across a vertical cable
 _HEADS = "Quantity | Value []"
 
@@ -43,59 +41,24 @@ def drawing(drive: Drive | RoutedDrive, name: str) -> Figure:
     return Figure(name=f"drawing-{name}", alt=alt, caption=SEEN, drawing=moving_machine(drive, None))
 
 
-def data_table(drive: Drive) -> Table:
-    """The values of the drive file."""
-    parts: list[tuple[str, Any]] = [
-        ("Cable", drive.cable),
-        ("Layout", drive.layout),
-        ("Drive pulley, without the motor" if drive.motor else "Drive pulley", drive.drive_pulley),
-        ("Load pulley", drive.load_pulley),
-        ("Motor", drive.motor),
-        ("Measured stiffness and damping of one span", drive.lumped),
-        ("Sensors", drive.sensors),
-        ("Goal", drive.goal),
-    ]
-    groups = [
-        RowGroup(title=title, rows=_rows(part)) for title, part in parts if part is not None and _rows(part)
-    ]
-    groups[4:4] = _carriages(drive)
-    return table("Data of the drive file.", _HEADS, groups)
+def data_table(drive: Drive | RoutedDrive) -> Table:
+    """The values of the drive file, part by part; of many of a kind the first."""
+    groups, left = [], []
+    for own in fields(drive):
+        value = getattr(drive, own.name)
+        parts = [part for part in (value if isinstance(value, tuple) else (value,)) if is_dataclass(part)]
+        for number_, part in enumerate(parts[:MOST_PARTS]):
+            name = getattr(part, "name", "") or (str(number_) if len(parts) > 1 else "")
+            if rows := _rows(part):
+                groups.append(RowGroup(title=f"{own.name.capitalize()} {name}".rstrip(), rows=rows))
+        left += [f"{len(parts) - MOST_PARTS} more of {own.name}"] if len(parts) > MOST_PARTS else []
+    return table("Data of the drive file.", _HEADS, groups, note="; ".join(left))
 
 
-def _rows(table: Any) -> tuple[tuple[str, str], ...]:
-    """What is stated of one part; what is not stated, or zero because nothing was stated, is left out."""
-    rows = []
-    for field in fields(table):
-        value, unit = getattr(table, field.name), field.metadata.get("unit")
-        if unit is not None and value is not None and not (value == 0.0 and field.default == 0.0):
-            words = capital(field.metadata["meaning"].partition(";")[0])
-            rows.append((words, f"{value:d}" if unit == "count" else quantity(value, unit)))
-    return tuple(rows)
-
-
-def _carriages(drive: Drive) -> list[RowGroup]:
-    if not drive.carriage:
-        return []
-    if len(drive.carriage) > MOST_CARRIAGES:
-        return [RowGroup(title=f"{len(drive.carriage)} carriages", rows=_many(drive))]
-    rows = []
-    for place, carriage in enumerate(drive.carriage):
-        held = "guided" if carriage.guided else "hanging"
-        at = f"{quantity(carriage.mass, 'kg')} at {quantity(carriage.position, 'm')}"
-        rows.append((f"Carriage {place}, {held} on the {carriage.span} span", at))
-    return [RowGroup(title="Carriages", rows=tuple(rows))]
-
-
-def _many(drive: Drive) -> tuple[tuple[str, str], ...]:
-    masses = [carriage.mass for carriage in drive.carriage]
-    least, most = quantity(min(masses), "kg"), quantity(max(masses), "kg")
-    rows = [("Mass of each", least if least == most else f"{least} to {most}")]
-    for span in drive.spans:
-        places = [carriage.position for carriage in drive.carriages_on(span)]
-        if places:
-            between = f"{quantity(places[0], 'm')} to {quantity(places[-1], 'm')}"
-            rows.append((f"{len(places)} on the {span} span, from", between))
-    return tuple(rows)
+def _rows(part: Any) -> tuple[tuple[str, str], ...]:
+    """What is stated of one part, in words."""
+    words = {key_of(own): capital(own.metadata["meaning"].partition(";")[0]) for own in fields(part)}
+    return tuple((words[key], value) for key, value in given(part) if key in words)
 
 
 def derived_table(sheet: Mapping[str, Any], caption: Text = "Derived quantities.") -> Table:
@@ -146,8 +109,3 @@ def pulleys_table(drive: RoutedDrive) -> Table | None:
     """Pulleys that a rope passes; None where there are none."""
     rows = pulley_rows(drive, statics_of(drive))
     return listed("Pulleys that a rope passes.", PULLEYS, rows) if rows else None
-
-
-def figures_table(found: Result, caption: str) -> Table:
-    """The figures that a result declares, without those that do not exist."""
-    return table(caption, "Figure | Value []", found.figures)

@@ -1,16 +1,17 @@
-"""The page of one machine, a loop or one with routes, and the card that leads to it."""
+"""The page of one machine, and the card that leads to it."""
+
+from collections.abc import Iterator
 
 from cabledrive.answers.figures import number
 from cabledrive.mechanics import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import Block, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import sketch
 from cabledrive.report.machine.card import (
-    across_table,
-    along_table,
     facts_of,
     ladder,
     resonance_words,
@@ -28,22 +29,20 @@ from cabledrive.report.machine.data import (
 )
 from cabledrive.report.machine.rest import rest_blocks
 from cabledrive.report.page import MACHINES, Badge, Card, View
-from cabledrive.report.words import certificate_line, rigid_words
+from cabledrive.report.words import certificate_line, modes_table, rigid_words
 
 HANGING = (
     "Weights change the tension along the cable, and with it the transverse frequencies; each stretch "
     "vibrates under the tension it has here."
 )
-ROUTE_METHODS: tuple[str, ...] = (
-    "Machines with routes: exact dynamic stiffness of every span, count of the network by the signs of that "
-    "stiffness, roots enclosed between two counts; tensions by balance of bodies and lengths of ropes.",
-)
-METHODS: tuple[str, ...] = (
+UNSTRETCHED = "Lengths, densities and positions are of the unstretched rope unless stated otherwise."
+FOLDED, SHOWN_ACROSS = ("simple", "data"), 6
+METHODS = (
     "Natural modes: exact dynamic stiffness of every span; roots isolated by Wittrick-Williams "
     "counts and refined by inverse iteration, each enclosed between two counts. They are about the "
     "state of rest, along and across together where a span sags. Friction and damping do not enter.",
-    "Tension at rest and sag: elastic catenary between pulleys and carriages. Other derived quantities and "
-    "warnings: closed formulas.",
+    "Tension at rest and sag: balance of bodies, lengths of ropes, elastic catenaries. Other derived "
+    "quantities and warnings: closed formulas.",
 )
 
 
@@ -52,17 +51,12 @@ def machine_view(context: ReportContext, place: int) -> View:
     drive, name, modes = context.machines[place], context.anchors[place], context.modes[place]
     context.progress(f"resonance and travel: {drive.name}")
     badge, reasons, pairs = resonance_words(drive)
-    if isinstance(drive, RoutedDrive):
-        sections, methods = _of_routes(drive, name, pairs), ROUTE_METHODS
-        steps = None
-    else:
-        sections, methods = _of_a_loop(drive, name), METHODS
-        steps = ladder(drive, name, modes)
+    sections = tuple(_sections(drive, name, pairs))
+    steps = None if isinstance(drive, RoutedDrive) else ladder(drive, name, modes)
     warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*drive_warnings(drive), *modes.warnings)))
-    shown = {
+    shown: dict[str, Block] = {
         "drawing": drawing(drive, name),
-        "along": along_table(modes),
-        "across": across_table(modes),
+        "table": modes_table(modes, SHOWN_ACROSS),
         "shapes": shapes(drive, name, modes),
     }
     first, last = (
@@ -101,32 +95,27 @@ def machine_view(context: ReportContext, place: int) -> View:
         template="machine.html",
         content=content,
         blocks=tuple(block for block in blocks if block is not None),
-        methods=methods,
+        methods=METHODS,
     )
 
 
-def _of_a_loop(drive: Drive, name: str) -> tuple[Section, ...]:
-    """Sections of the page of a loop or a line."""
-    hanging = rest_blocks(drive, name)
-    return (
-        *([Section("At rest, under gravity", "rest", hanging, text=HANGING)] if hanging else []),
-        Section("What simpler formulas give", "simple", (simple_models_table(drive),), folded=True),
-        Section(
-            "Data and derived quantities",
-            "data",
-            (data_table(drive), derived_table(derived_with_lowest(drive))),
-            text="Lengths, densities and positions are of the unstretched cable unless stated otherwise.",
-            folded=True,
-        ),
+def _sections(drive: Drive | RoutedDrive, name: str, pairs: Table | None) -> Iterator[Section]:
+    """What applies to a machine; some formulas are of a loop or a line."""
+    machine = as_machine(drive)
+    hanging: tuple[Block, ...] = ()
+    simple: tuple[Block, ...] = ()
+    derived: tuple[Block, ...] = ()
+    if not isinstance(drive, RoutedDrive):
+        hanging, simple = rest_blocks(drive, name), (simple_models_table(drive),)
+        derived = (derived_table(derived_with_lowest(drive)),)
+    parts: tuple[tuple[str, str, tuple[Block | None, ...], str], ...] = (
+        ("At rest, under gravity", "rest", hanging, HANGING),
+        ("Over the travel", "travel", tuple(travel_figures(machine, name)), ""),
+        ("Pairs near internal resonance", "pairs", (pairs,), ""),
+        ("Spans and pulleys", "spans", (spans_table(machine), pulleys_table(machine)), ""),
+        ("What simpler formulas give", "simple", simple, ""),
+        ("Data and derived quantities", "data", (data_table(drive), *derived), UNSTRETCHED),
     )
-
-
-def _of_routes(drive: RoutedDrive, name: str, pairs: Table | None) -> tuple[Section, ...]:
-    """Sections of the page of a machine with routes."""
-    parts: tuple[tuple[str, str, tuple[Block | None, ...]], ...] = (
-        ("Over the travel", "travel", tuple(travel_figures(drive, name))),
-        ("Pairs near internal resonance", "pairs", (pairs,)),
-        ("Spans and pulleys", "spans", (spans_table(drive), pulleys_table(drive))),
-    )
-    made = (Section(title, anchor, tuple(filter(None, own))) for title, anchor, own in parts)
-    return tuple(section for section in made if section.blocks)
+    for title, anchor, own, text in parts:
+        if blocks := tuple(block for block in own if block is not None):
+            yield Section(title, anchor, blocks, text=text, folded=anchor in FOLDED)

@@ -41,16 +41,27 @@ ROUTE_PAIR = Keys(
     {"threshold_torque": ".reason"},
     of=RoutePair,
 )
+PLANES = {"w": "in plane", "v": "out of plane"}
+ENDS = Row("section", "Section", "m", lambda ends: f"{ends[0]:.4g} to {ends[1]:.4g}")
+PLANE = Row("plane", "Plane", form=lambda plane: PLANES[plane], kind="text")
+
+
+def several(values: Iterable[float]) -> str:
+    """Numbers or frequencies [Hz] of the transverse modes of a pair: of 1:2 one, of the sum type two."""
+    return " + ".join(dict.fromkeys(number(one, 6) for one in values))
+
+
 PAIRS = (
     Row("kind", "Kind", kind="text"),
-    Row("where", "Where", kind="text"),
+    Row("span", "Span", kind="text"),
     Row("longitudinal_hz", "Longitudinal", "Hz", 6),
-    Row("across", "Transverse", "Hz"),
+    Row("transverse", "Transverse", "Hz", several),
     Row("detuning_hz", "Detuning", "Hz", 4),
     Row("threshold_torque", "Threshold torque", "N m", "", none="none"),
 )
+OF_ROUTES = (*PAIRS[:2], PLANE, *PAIRS[2:])
 OF_LOOPS = (
-    *PAIRS,
+    *(*PAIRS[:2], ENDS, Row("numbers", "m", "", several), *PAIRS[2:]),
     Row("frequency_ratio", "Ratio", "", 4),
     Row("tuned_pretension", "Tuned at", "N", ""),
 )
@@ -84,23 +95,14 @@ def pairs_table(found: ResonanceSummary | RouteResonance, most: int) -> Table | 
     left = len(pairs) - len(rows)
     note = f"{left} more with higher thresholds." if left > 0 else ""
     caption = "Longitudinal modes and the transverse modes that they can excite, lowest threshold first."
-    columns = PAIRS if isinstance(found, RouteResonance) else OF_LOOPS
+    columns = OF_ROUTES if isinstance(found, RouteResonance) else OF_LOOPS
     return listed(caption, columns, rows, note=note) if rows else None
 
 
 def _told(pair: CoupledPair | RoutePair, pairs: Sequence[Pair] = ()) -> dict[str, Any]:
-    """A pair with where it is, in words."""
-    if isinstance(pair, RoutePair):
-        where = f"{pair.span}, {pair.plane}"
-    else:
-        modes = " + ".join(str(one) for one in dict.fromkeys(pair.numbers))
-        where = f"{pair.span}, {pair.section[0]:.4g} to {pair.section[1]:.4g} m, m = {modes}"
-    return pair_data(pair, pairs) | {"where": where, "across": sum_of(pair.transverse_hz, pair.kind)}
-
-
-def sum_of(hertz: Iterable[float], kind: str) -> str:
-    """The frequencies of the transverse modes of a pair [Hz]: of 1:2 one, of the sum type two."""
-    return " + ".join(number(one, 6) for one in (*hertz,)[: 2 if kind == SUM else 1])
+    """A pair with all its transverse modes."""
+    both = {"transverse": pair.transverse_hz, "numbers": getattr(pair, "numbers", None)}
+    return pair_data(pair, pairs) | both
 
 
 def own_pair(pairs: Sequence[Pair], pair: CoupledPair) -> Pair | None:

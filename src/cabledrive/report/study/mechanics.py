@@ -1,9 +1,9 @@
 """Chapters "Modes and models" and "Internal resonance" of a study."""
 
 from collections import Counter
-from dataclasses import fields
+from itertools import chain
 
-from cabledrive.answers.figures import number, quantity
+from cabledrive.answers.figures import figures_of, number, quantity
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.quality import with_measured_stiffness
@@ -56,7 +56,7 @@ def loop_in_motion(result: StudyResult) -> Block:
     )
 
 
-SHOWN_FIGURES = ("frequency_ratio", "detuning", "pulley_frequency", "tuned_pretension", "threshold_torque")
+SHOWN_FIGURES = ("frequency_ratio", "detuning", "pulley_frequency_hz", "tuned_pretension", "threshold_torque")
 VERDICTS = {"safe": "good", "close": "warning", "resonant": "warning", "unknown": "warning"}
 say = texts("study_mechanics")
 
@@ -117,9 +117,11 @@ def resonance_chapter(result: StudyResult) -> Chapter:
     """Detuning of the drive from the 1:2 resonance, and whether the motion excites it."""
     found = result.resonance
     tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
-    shown = {own.name: own.metadata for own in fields(ResonanceSummary) if own.metadata.get("under")}
-    figures = ((shown[name], getattr(found, name)) for name in SHOWN_FIGURES)
-    rows = [(own["meaning"], _maybe(value, own["unit"])) for own, value in figures]
+    figures = [row for row in chain(*figures_of(ResonanceSummary).values()) if row.key in SHOWN_FIGURES]
+    rows = [
+        (row.words, row.cell(row._replace(key=row.key.removesuffix("_hz")).of(found)) or "none")
+        for row in figures
+    ]
     rows.append(("Largest torque of the motion", quantity(found.torque, "N m", 4)))
     ripple = "Assumed ripple at the pulley mode's frequency, a twentieth of it"
     rows.append((ripple, quantity(found.ripple, "N m", 3)))

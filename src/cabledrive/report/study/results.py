@@ -1,8 +1,9 @@
-"""What a study leaves besides its page: results, the drive as it is known, the law as numbers."""
+"""What a study leaves: its page, results, the drive as it is known, the law as numbers."""
 
 import hashlib
 import json
 from dataclasses import fields
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,10 @@ from cabledrive.parameters.files import with_own_hash, write_whole
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.version import __version__
+from cabledrive.report.page import page_of
+from cabledrive.report.study.controller import acceptance_chapter, controller_chapter
+from cabledrive.report.study.mechanics import modes_chapter, resonance_chapter
+from cabledrive.report.study.verdict import data_chapter, knowledge_chapter, verdict_chapter
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
 from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.rig.tuning import LawSetting
@@ -330,3 +335,19 @@ def finish(
     data = with_own_hash(json.loads(json.dumps(data, allow_nan=False)))
     write_whole(folder / RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n", force=True)
     return data
+
+
+def study_html(result: StudyResult, written_at: datetime | None = None) -> str:
+    """The report of a study as HTML that needs no other file; the time it states is now unless given."""
+    first = (verdict_chapter, data_chapter, knowledge_chapter, modes_chapter, resonance_chapter)
+    made = (chapter(result) for chapter in (*first, controller_chapter, acceptance_chapter))
+    chapters = [chapter for chapter in made if chapter is not None]
+    hashes = (
+        (result.drive.name, content_hash(result.drive)),
+        ("the same, as identified", content_hash(result.known)),
+        *((log.name, log.sha256) for log in result.check.logs),
+        ("all inputs of the study", result.key),
+    )
+    title = f"{result.drive.name}: {result.verdict.answer}"
+    subtitle = result.drive.title or "A study from data sheet and logs to a controller"
+    return page_of(title, subtitle, chapters, hashes, written_at)
