@@ -425,9 +425,7 @@ def rooms() -> Iterator[Breach]:
     """The picture of the house has the rooms in the order of the import contract; symbols have names."""
     order = [one.strip("()") for one in reversed(PROJECT["tool"]["importlinter"]["contracts"][0]["layers"])]
     page = ROOT / "CONTRIBUTING.md"
-    drawn = re.findall(
-        r"^(\w+) +\S", re.search(r"```text\n(parameters .*?)```", text_of(page), re.S)[1], re.M
-    )
+    drawn = re.findall(r"^(\w+) +\S", re.search(r"```text\n(answers .*?)```", text_of(page), re.S)[1], re.M)
     if drawn != order:
         yield page, 1, f"the picture of the rooms is not {order}"
     parameters = importlib.import_module("cabledrive.parameters")

@@ -2,18 +2,21 @@
 
 import inspect
 import typing
-from dataclasses import is_dataclass
+from dataclasses import dataclass, is_dataclass
 from functools import cache
 
 import pytest
 
 import cabledrive as cd
+from cabledrive.answers.figures import Row, figure, shown
+from cabledrive.answers.keys import Keys
 from cabledrive.answers.result import Result
+from cabledrive.app.schemas import schema_of
 from cabledrive.control import OwnController
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.report.blocks import listed, table_text
 from cabledrive.rig import BodyMotion, OwnPlant
 
-NO_RESULTS = (cd.Drive, RoutedDrive, OwnController, OwnPlant)
+NO_RESULTS = (OwnController, OwnPlant)
 FUNCTIONS = [getattr(cd, name) for name in cd.__all__ if inspect.isfunction(getattr(cd, name))]
 LOOP, ROUTED = cd.load_drive("dissertation-3"), cd.load_drive("corexy")
 
@@ -25,6 +28,8 @@ def log():
 
 
 SMALL = {
+    "Drive": lambda: LOOP,
+    "RoutedDrive": lambda: ROUTED,
     "DerivedQuantities": lambda: cd.derived_quantities(LOOP),
     "Modes": lambda: cd.modes(LOOP, count=2),
     "ResonanceSummary": lambda: cd.resonance(LOOP),
@@ -72,3 +77,21 @@ def test_a_result_shows_its_figures_its_table_and_its_curves(name):
 
 def test_a_comparison_runs_as_many_plants_as_it_was_asked():
     assert len(cd.compare(LOOP, controllers=["pd"], draws=2).laws[0].scores.peak) == 2
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Pulled(Result):
+    """A result of one figure."""
+
+    force: float = figure("N", "pull of the rope", "Rope")
+
+
+def test_a_figure_of_a_result_is_one_line_and_seen_wherever_results_are():
+    row, pulled = Row("pull", "pull of the rope", "N", ".1f"), Pulled(force=1500.0)
+    assert schema_of(Keys("*", of=Pulled))["required"] == ["force"]
+    assert Keys("*", of=Pulled)(pulled) == {"force": 1500.0}
+    assert "pull of the rope  1.5" in repr(pulled)
+    assert "pull of the rope" in pulled._repr_html_()
+    assert schema_of(Keys("", figures=(row,)))["properties"]["pull"]["type"] == ["number", "null"]
+    assert table_text(listed("", (row,), [{"pull": 1500.0}])) == "pull of the rope [N]\n              1500.0"
+    assert shown((row,), {"pull": 1500.0}) == [("pull of the rope", "1500.0 N")]
