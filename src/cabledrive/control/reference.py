@@ -102,7 +102,7 @@ class LoadRowNumbers(NamedTuple):
 
     sign: Array
     """(r, 2h + 1): weights that smooth the sign of the speed over samples around, and its derivatives."""
-    lags: Array  # filters of the chain's dampers, as of `reference_numbers.ReferenceNumbers`
+    lags: Array  # filters of the chain's dampers, as of `ReferenceNumbers`
     sources: Integers  # of these filters
     output: Array
     """(2n + 1, (l + 1) r): angles, speeds and motor torque that a torque of the load asks for, from all

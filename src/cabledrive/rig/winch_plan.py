@@ -137,7 +137,7 @@ class Setup:
     machine: TwoMotorMachine
     design: TensionDesign
     trajectory: Trajectory  # of the part of the way, from 0 to 1
-    table: Array  # (samples, 3 m + 2): as `cabledrive.control.tension_position.step` takes it
+    table: Array  # (samples, 3 m + 2): as `cabledrive.control.tension_position.step_in_place` takes it
     # tension, torque, speed: (samples, 2): of lines [N], drums [N m] and [rad/s]
     tension: Array
     torque: Array

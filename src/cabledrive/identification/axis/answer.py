@@ -66,8 +66,7 @@ class IdentifyOptions:
     axis: AxisOptions = meaning("of the rigid axis", factory=AxisOptions)
     columns: ColumnMap = meaning("which column is which channel", factory=ColumnMap)
     check: bool = meaning(
-        "whether the model is tested against faults: by `cabledrive.identification.axis.lines` "
-        "where the torque is a sum of lines, else by `cabledrive.identification.axis.faults`",
+        "whether the model is tested against faults, see `cabledrive.identification.axis.faults`",
         True,
     )
     torque: str = meaning(
