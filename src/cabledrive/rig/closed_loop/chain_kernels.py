@@ -161,23 +161,22 @@ FLANKS, LEAST, OPENED, MEMORY = 3, 5, 7, 8
 
 
 class ChainPlant(NamedTuple):
-    """Inertias joined by links, at the first shaft; the first ``motors`` of them are driven.
+    """Inertias in a row, at the first shaft; each of the ``motors`` has a link to the first that is none.
 
-    ``inertia, viscous, coulomb, offset``, shape (n,); ``ends, stiffness, damping``, shape (links,): half the
-    ``play``, and the twist beyond which one span of two is ``slack`` [rad]. ``smooth``: K of friction
-    c tanh(K w), 0: it sticks. ``excess, fading``: friction at standstill over Coulomb friction, the speed at
-    which it is gone. ``cogging, ripple`` with periods per radian; ``eccentricity`` of the load's encoder.
-    ``softening, warming``: loss of the last link and of friction per second. The load's inertia takes
-    ``load_factor`` from ``load_time`` on. ``field``: largest torque of a stepper whose command is the angle
-    of its field, with ``field_periods`` per radian of lag; 0: the command is a torque. ``step``: longest
-    internal step [s]; ``twist_limit``: of the last link, at which a run ends.
+    ``inertia, viscous, coulomb, offset``, shape (n,); of the link behind each inertia but the last, (n - 1,):
+    ``stiffness, damping``, half the ``play``, the twist beyond which one span of two is ``slack`` [rad].
+    ``smooth``: K of friction c tanh(K w), 0: it sticks. ``excess, fading``: friction at standstill over
+    Coulomb friction, the speed at which it is gone. ``cogging, ripple`` with periods per radian;
+    ``eccentricity`` of the load's encoder. ``softening, warming``: loss of the last link and of friction per
+    second. The load's inertia takes ``load_factor`` from ``load_time`` on. ``field``: largest torque of a
+    stepper whose command is the angle of its field, with ``field_periods`` per radian of lag; 0: the command
+    is a torque. ``step``: longest internal step [s]; ``twist_limit``: of the last link, at which a run ends.
     """
 
     inertia: Array
     viscous: Array
     coulomb: Array
     offset: Array
-    ends: Integers
     stiffness: Array
     damping: Array
     play: Array
@@ -245,7 +244,7 @@ def add_torques(p: ChainPlant, x: Array, motor: float, load: float, time: float,
         torque[m] += given + motor / p.motors
     torque[n - 1] += load
     for j in range(last + 1):
-        a, b, stiffness = p.ends[j, 0], p.ends[j, 1], p.stiffness[j]
+        a, b, stiffness = j, max(j + 1, p.motors), p.stiffness[j]
         if j == last:
             stiffness *= max(1.0 - p.softening * time, 0.05)
         carried = link_torque(x[a] - x[b], w[a] - w[b], stiffness, p.damping[j], p.play[j], p.slack[j])

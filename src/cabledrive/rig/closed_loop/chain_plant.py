@@ -34,16 +34,14 @@ def chain_numbers(
     where that is forbidden; ``field``: of a stepper, as `Controller` has it.
     """
     (play, slack), ends, (torque, periods) = links, options.forbid_slack, field or (0.0, 0.0)
-    joints = np.arange(chain.size - 1)
-    plays, slacks = np.zeros(len(joints)), np.full(len(joints), inf)
-    if len(joints):
+    plays, slacks = np.zeros(chain.size - 1), np.full(chain.size - 1, inf)
+    if chain.size > 1:
         plays[0], slacks[-1] = 0.5 * play, inf if ends else slack
     numbers = ChainPlant(
         inertia=np.array(chain.inertias),
         viscous=np.array(chain.viscous),
         coulomb=np.array(chain.coulomb),
         offset=np.array(chain.offsets),
-        ends=np.column_stack((joints, joints + 1)).astype(np.int64),
         stiffness=np.array(chain.stiffness, dtype=np.float64),
         damping=np.array(chain.damping, dtype=np.float64),
         play=plays,
@@ -63,7 +61,8 @@ def chain_numbers(
 def in_steps(p: ChainPlant, interval: float, substeps: int) -> ChainPlant:
     """The plant with internal steps that resolve its fastest mode, a stepper's field too, and damper."""
     springs, dampers = np.zeros(len(p.inertia)), p.viscous + p.smooth * p.coulomb
-    for end in p.ends.T:
+    links = np.arange(len(p.stiffness))
+    for end in (links, np.maximum(links + 1, p.motors)):
         np.add.at(springs, end, p.stiffness)
         np.add.at(dampers, end, p.damping)
     springs[: p.motors] += p.field * p.field_periods
@@ -221,7 +220,6 @@ def pair_plant(pair: Pair, plant: ChainPlant, interval: float) -> ChainPlant:
         viscous=halves(plant.viscous),
         coulomb=halves(plant.coulomb, apart["friction"]),
         offset=halves(plant.offset),
-        ends=np.concatenate((np.array([[0, 2], [1, 2]]), plant.ends[1:] + 1)),
         stiffness=halves(plant.stiffness, apart["stiffness"]),
         damping=halves(plant.damping),
         play=np.concatenate((play, plant.play[1:])),
