@@ -14,7 +14,7 @@ from cabledrive.rig import Motion, Payload, RigOptions, track
 from cabledrive.rig.bounds import Segment, switched_tube
 from cabledrive.rig.closed_loop.loop import loop_at_rest, run, with_plant
 from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.laws.load_learning import SCHEDULED, announced, told_otherwise
+from cabledrive.rig.laws.load_learning import SCHEDULED, announced, with_announced_load
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import margins_of
 from cabledrive.rig.plant_samples import Disturbances
@@ -54,8 +54,8 @@ def test_its_run_is_that_of_lqi_designed_for_the_load_that_is_announced(measured
     load = loop.controller.schedule.loads[2]
     other = loop_of("lqi", heavier(load))
     plant = with_plant(loop, other.chain)
-    told = told_otherwise(plant.controller, np.full(len(loop.target), load))
-    ours = run(replace(plant, controller=told))
+    loaded = with_announced_load(plant.controller, np.full(len(loop.target), load))
+    ours = run(replace(plant, controller=loaded))
     theirs = run(replace(other, observer=filter_at(loop.observer, load), rig=plant.rig))
     command = 2 * loop.chain.size + 1 + len(loop.rig.encoders)
     torque = np.abs(ours.log[:, command] - theirs.log[:, command]).max()
@@ -194,7 +194,9 @@ def test_the_bound_is_never_left_without_a_named_assumption(count, measured):
             rng.choice([0.0, 0.02, 0.5]) * rng.uniform(-1, 1),
             rng.choice([0.0, 0.2]) * rng.uniform(-1, 1),
         )
-        told = Payload(factor=float(np.clip(factor * (1.0 + wrong), 0.5, 3.0)), start=max(start + late, 0.0))
+        loaded = Payload(
+            factor=float(np.clip(factor * (1.0 + wrong), 0.5, 3.0)), start=max(start + late, 0.0)
+        )
         off = rng.choice([0.01, 0.05]) * rng.uniform(-1.0, 1.0, 2)
         inertias = float(DRIVE.load_pulley.inertia * (1.0 + off[0]))
         plant = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertias!r}"])
@@ -202,7 +204,7 @@ def test_the_bound_is_never_left_without_a_named_assumption(count, measured):
             DRIVE,
             controller=SCHEDULED,
             bandwidth=float(rng.uniform(10.0, 35.0)),
-            motion=replace(ONE, payload=(told,), angle=float(rng.uniform(5.0, 45.0))),
+            motion=replace(ONE, payload=(loaded,), angle=float(rng.uniform(5.0, 45.0))),
             options=RigOptions(
                 ideal_sensors=bool(rng.integers(2)),
                 load_change=(start, factor) if rng.integers(3) else None,

@@ -148,7 +148,7 @@ METHOD_OF_SPLIT = "least squares on strokes between reversals, errors of strokes
 
 
 def split_answer(logs: Sequence[str], tensions: Sequence[float], columns: ColumnMap) -> Answer:
-    """Both frictions from logs at their tensions [N]; not complete where they are not told apart."""
+    """Both frictions from logs at their tensions [N]; not complete where they are not separated."""
     found = split_friction([read_log(log, columns) for log in logs], tensions)
     data = {
         "separated": not found.reason,

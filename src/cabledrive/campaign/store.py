@@ -107,7 +107,7 @@ def _fill(folder: Path, spec: CampaignSpec, chunk: int) -> None:
         (one.name, one.shape, one.dims, *STORED[one.kind], _attributes(one, varied=one.name in spec.units))
         for one in variables
     ]
-    arrays += [(name, (), (), *told) for name, told in BESIDE.items()]
+    arrays += [(name, (), (), *stated) for name, stated in BESIDE.items()]
     for name, shape, dims, dtype, fill, words in arrays:
         group.create_array(
             name,

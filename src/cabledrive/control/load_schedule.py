@@ -108,8 +108,8 @@ def filter_at(observer: ObserverNumbers, load: float) -> ObserverNumbers:
 @njit_in_place
 def announced_load(law: LawNumbers, reference: Array, k: int) -> float:
     """Factor of the load that row k announces; beyond the range of the design its nearer end."""
-    told = reference[k, reference.shape[1] - 1]
-    return min(max(told, law.learning[numbers.LOW, 0]), law.learning[numbers.HIGH, 0])
+    load = reference[k, reference.shape[1] - 1]
+    return min(max(load, law.learning[numbers.LOW, 0]), law.learning[numbers.HIGH, 0])
 
 
 @njit_in_place
@@ -133,9 +133,9 @@ def scheduled_command(law: LawNumbers, c: ControllerState, reference: Array, k: 
     The memory is a torque, not a sum of errors: another gain of the integral does not make it jump.
     """
     rows, states, n2 = law.rows, c.states, c.states.size
-    told = c.parameters[0]
-    beyond = told - 1.0
-    place = grid_place(law.scalars[1], law.scalars[2], rows.shape[0], 1.0 / told)
+    load = c.parameters[0]
+    beyond = load - 1.0
+    place = grid_place(law.scalars[1], law.scalars[2], rows.shape[0], 1.0 / load)
     speed = reference[k, n2 // 2] + beyond * reference[k, n2 + 1 + n2 // 2]
     u = c.memory[0] + reference[k, n2] + beyond * reference[k, 2 * n2 + 1]
     u += law.scalars[3] * tanh(law.scalars[4] * speed)

@@ -371,7 +371,7 @@ def preload_step(
     for i in range(COMMANDS, last):
         memory[i] = memory[i + 1]
     memory[last] = command
-    # The model of the observer has both flanks closed; where one is open it is told what is missing.
+    # The model of the observer has both flanks closed; where one is open it gets what is missing.
     missing = 0.5 * (flanks[0] + flanks[1]) - law.stiffness * estimate[0]
     predict(observer, 0.0, estimate, memory[HELD:COMMANDS], memory[COMMANDS:], work)
     for i in range(2):

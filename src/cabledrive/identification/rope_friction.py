@@ -1,4 +1,4 @@
-r"""Rope on pulleys and guides: friction at wraps told from friction at bearings, and a rope that slips.
+r"""Rope on pulleys and guides: friction at wraps separated from friction at bearings, and a rope that slips.
 
 A rope that slides over a guide loses tension in proportion to it, a bearing does not. With a pretension T per
 log, the motor's torque while the rope slides one way is
@@ -44,7 +44,7 @@ SLOW = 0.1
 ALIKE = 0.05
 """Spread of the tensions, relative, below which nothing tells the two frictions apart."""
 WIDE = 0.5
-"""Half-width of the wraps' part over all friction from which the two are not told apart."""
+"""Half-width of the wraps' part over all friction from which the two are not separated."""
 LEAST_STROKES = 6
 LEVEL = 0.01
 
@@ -53,7 +53,7 @@ LEVEL = 0.01
 class FrictionSplit:
     """Friction of bearings and of wraps."""
 
-    reason: str  # why they are not told apart, else empty
+    reason: str  # why they are not separated, else empty
     constant: Estimate  # of motor and bearings at the motor [N m]; without a number where there is a reason
     per_tension: Estimate  # of the wraps over the pretension [N m/N], that is [m]
     total: tuple[Estimate, ...]  # all friction at each tension [N m]
@@ -79,7 +79,7 @@ def split_friction(logs: Sequence[Log], tensions: Sequence[float]) -> FrictionSp
         reason = f"the wraps' part at {mean:.4g} N is known to {half:.3g} N m only, "
         reason += f"all friction is {whole:.3g} N m: spread the tensions further, or record more strokes"
     if reason:
-        findings = [f"friction of wraps and of bearings not told apart: {reason}"]
+        findings = [f"friction of wraps and of bearings not separated: {reason}"]
         constant, slope = (Estimate.unknown(unit, "the logs do not tell it") for unit in ("N m", "m"))
     else:
         findings = _findings(free[0], levels, constant, slope)

@@ -47,7 +47,7 @@ NEAR = 1e-2
 NARROWEST = 1e-15
 """Relative width of a bracket in which a mode that cannot be proven is given up."""
 SLOWEST = 1e-30
-"""Phase of the longest wave below which no mode can be told from a motion that strains nothing [rad]."""
+"""Phase of the longest wave from which a mode differs from a motion that strains nothing [rad]."""
 
 LARGEST_SHAPES = 20_000_000
 """Numbers of the shapes that are refined together: some hundred megabytes; larger clusters stay unproven."""

@@ -60,7 +60,7 @@ class ReportContext:
 def make_context(
     drives: Sequence[Drive | RoutedDrive], progress: Callable[[str], None] | None = None
 ) -> ReportContext:
-    """Take up the machines of a report, refused without any; progress is told of longer parts of the work."""
+    """Take up the machines of a report, refused without any; progress gets a line for each longer part."""
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
     return ReportContext(

@@ -199,27 +199,27 @@ ROWS = 500
 
 
 def check_scheduled(loop: Loop, believed: LumpedChain, log: Array) -> BoundCheck:
-    """Bound and sources of the error of a law that is told the load."""
+    """Bound and sources of the error of a law that knows the load."""
     made, interval, count, n = loop.controller, loop.rig.interval, len(log), believed.size
-    told = made.reference[:count, -1]
+    stated = made.reference[:count, -1]
     own, further = made.reference[:count, : 2 * n], made.reference[:count, 2 * n + 1 : 4 * n + 2]
-    wanted = own + (told - 1.0)[:, None] * further[:, :-1]
+    wanted = own + (stated - 1.0)[:, None] * further[:, :-1]
     true = load_along(loop, count) / believed.inertias[-1]
     error = log[:, : 2 * n] - own - (true - 1.0)[:, None] * further[:, :-1]
-    stretches = pairwise([0, *(np.flatnonzero(np.diff(told)) + 1).tolist(), count])
-    parts = [Segment(made.law, believed, told[ends[0]], interval, ends) for ends in stretches]
+    stretches = pairwise([0, *(np.flatnonzero(np.diff(stated)) + 1).tolist(), count])
+    parts = [Segment(made.law, believed, stated[ends[0]], interval, ends) for ends in stretches]
     height = motor_disturbance(believed, wanted, interval)
     for one in parts:
         inside = slice(one.first, one.last)
         missing = further[inside, -1] - further[inside, :-1] @ one.feedback
-        height[inside] += TOLERANCE * told[one.first] * np.abs(missing)
+        height[inside] += TOLERANCE * stated[one.first] * np.abs(missing)
     return _held(loop, parts, wanted[:, n - 1], height, error)
 
 
 class Segment:
     """The loop with true states over a stretch of samples; ``load``: that is announced there, if any is.
 
-    The memory of a law that is told the load is kept as a torque, which goes on through an announcement.
+    The memory of a law that knows the load is kept as a torque, which goes on through an announcement.
     """
 
     def __init__(

@@ -32,7 +32,7 @@ from cabledrive.rig.laws.load_learning import (
     load_learning,
     made_anew,
     run_indirect,
-    told_otherwise,
+    with_announced_load,
 )
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import loop_with_loads
@@ -323,8 +323,8 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
                 f"{high:.4g}: announce less, or design it anew with a wider payload_range"
             ).at(found.path)
     schedule = LoadSchedule(low=low, high=high, points=len(made.law.rows))
-    told = announced(spec.motion.payload, spec.interval, len(made.reference))
-    return told_otherwise(replace(made, schedule=schedule), told)
+    load = announced(spec.motion.payload, spec.interval, len(made.reference))
+    return with_announced_load(replace(made, schedule=schedule), load)
 
 
 def with_filter(loop: Loop, found: ControllerFile) -> Loop:

@@ -19,7 +19,13 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair, in_steps
 from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
-from cabledrive.rig.laws.load_learning import SCHEDULED, announced, made_anew, run_indirect, told_otherwise
+from cabledrive.rig.laws.load_learning import (
+    SCHEDULED,
+    announced,
+    made_anew,
+    run_indirect,
+    with_announced_load,
+)
 from cabledrive.rig.setting import DEGREE, Payload, Spreads, none
 
 CONFIDENCE = 0.95
@@ -299,7 +305,7 @@ def disturbances_of(content: Mapping[str, Any]) -> Disturbances:
 
 
 ANNOUNCED = ("announced_error", "announced_late")
-"""Drawn last, and for laws that are told the load alone: every law meets the same plants."""
+"""Drawn last, and for laws that know the load alone: every law meets the same plants."""
 STEP = 20e-6
 """Longest internal step [s]; a hundredth of a degree at 4 rad/s is forty of them."""
 FIELDS = {
@@ -346,7 +352,7 @@ def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.
         drawn |= {name: generator.uniform(*getattr(disturbances, name)) for name in ANNOUNCED}
         start = max(drawn["load_time"] + drawn["announced_late"], 0.0)
         payload = Payload(factor=drawn["load_factor"] * (1.0 + drawn["announced_error"]), start=start)
-        made = told_otherwise(made, announced((payload,), interval, len(loop.target)))
+        made = with_announced_load(made, announced((payload,), interval, len(loop.target)))
     return replace(with_disturbances(loop, chain, drawn, turned), rig=rig, controller=made)
 
 

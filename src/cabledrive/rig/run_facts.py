@@ -105,16 +105,16 @@ def _announcement(loop: Loop, done: Run) -> list[str]:
     made = loop.controller
     if made.schedule is None or made.load is None or loop.own_plant is not None:
         return []
-    told = made.reference[: done.ended, -1]
+    stated = made.reference[: done.ended, -1]
     true = bounds.load_along(loop, done.ended) / made.load
-    off = np.abs(true / told - 1.0)
+    off = np.abs(true / stated - 1.0)
     if not off.size or off.max() <= bounds.TOLERANCE:
         return []
     first = int(np.argmax(off > bounds.TOLERANCE))
     time = loop.rig.interval * float(np.count_nonzero(off > bounds.TOLERANCE))
     return [
-        f"the announced load is {told[first]:.4g} times the drive's and the true one {true[first]:.4g} from "
-        f"{first * loop.rig.interval:.4g} s on, for {time:.4g} s in all: more than "
+        f"the announced load is {stated[first]:.4g} times the drive's and the true one {true[first]:.4g} "
+        f"from {first * loop.rig.interval:.4g} s on, for {time:.4g} s in all: more than "
         f"{bounds.TOLERANCE:.0%} apart"
     ]
 
@@ -314,7 +314,7 @@ def bound_words(
     """The bound, whether the error [rad] kept it, and which assumptions of the theorem did not hold."""
     if check is None:
         why = "bounds are those of the laws of the chain, of the laws that learn the load and of the one "
-        why += "that is told it, on the model that they are made for"
+        why += "that knows it, on the model that they are made for"
         words = none("theory_bound_deg", why) | none("within_bound", "no bound")
         return words | {"bound_used": None, "broken_assumptions": broken}
     tube = check.bound.tube / gear

@@ -139,12 +139,12 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
     count = int(np.clip(duration * highest / (2.0 * pi) * PER_PERIOD, LEAST_STEPS, MOST_STEPS))
     time = np.linspace(0.0, duration, count + 1)
     share = shares(np.interp(time, motion.time, here), len(networks))
-    told = np.column_stack(route_path.torques_of(drive, motion))
-    rate, acceleration, told = (
+    stated = np.column_stack(route_path.torques_of(drive, motion))
+    rate, acceleration, stated = (
         np.column_stack([np.interp(time, motion.time, column) for column in values.T])
-        for values in (rate, _slope(motion.time, rate), told)
+        for values in (rate, _slope(motion.time, rate), stated)
     )
-    along = time, rate, acceleration, None if given else told
+    along = time, rate, acceleration, None if given else stated
     found = [_in_pose(*pose, along) for pose in zip(networks, frees, modes, strict=True)]
     rest, even, vibrating, torque, holding = (
         np.asarray(sum(share[:, p].reshape(-1, *[1] * (x.ndim - 1)) * x for p, x in enumerate(parts)))
@@ -162,7 +162,7 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
         torque=torque,
         holding=holding,
         speed=rate @ turns.T,
-        mismatch=float(np.abs(told - torque).max()) if given and told.any() else 0.0,
+        mismatch=float(np.abs(stated - torque).max()) if given and stated.any() else 0.0,
         modes=(lowest / (2.0 * pi), highest / (2.0 * pi)) if omega.size else (float("nan"), float("nan")),
     )
 
@@ -196,11 +196,11 @@ def _in_pose(
 
     ``along``: time, rates, accelerations, and the torque of the file, None where it gives places.
     """
-    (time, rate, acceleration, told), (shapes, masses, losses) = along, modes
+    (time, rate, acceleration, stated), (shapes, masses, losses) = along, modes
     turns = turns_by_torque(network)
-    rubbed = _friction(network, rate) if told is None else np.zeros_like(rate)
+    rubbed = _friction(network, rate) if stated is None else np.zeros_like(rate)
     inertia = acceleration @ network.static_mass
-    torque = _torque(turns, free, inertia - rubbed) if told is None else told
+    torque = _torque(turns, free, inertia - rubbed) if stated is None else stated
     even = (torque @ turns + rubbed) @ shapes
     answers = zip(even.T, masses, losses, strict=True)
     swing = np.array([_answer(*one, time[1]) for one in answers]).reshape(-1, time.size).T

@@ -40,7 +40,7 @@ class Job:
     lines: list[str] = field(default_factory=list)  # what it said on standard error
     process: asyncio.subprocess.Process | None = None
     news: asyncio.Event = field(default_factory=asyncio.Event)
-    ending: bool = False  # told to end: before its libraries are loaded it does so with any status
+    ending: bool = False  # asked to end: before its libraries are loaded it does so with any status
 
     @property
     def answer(self) -> dict[str, Any]:

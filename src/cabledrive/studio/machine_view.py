@@ -203,7 +203,7 @@ def resonance_page(request: Request) -> Response:
     else:
         try:
             found = resonance(drive, torque=amplitude)
-            words |= _told(found) | ({"why_none": NO_MAP} if isinstance(found, RouteResonance) else {})
+            words |= _verdict(found) | ({"why_none": NO_MAP} if isinstance(found, RouteResonance) else {})
         except (InputRefused, NotComputed) as refusal:
             words["why_none"] = f"{NONE_HERE}: {refusal}."
     options = [f"--torque={torque}"] if torque else []
@@ -235,7 +235,7 @@ def resonance_map(request: Request) -> Response:
     return HTMLResponse(html + TELLS_HEIGHT, headers={"content-security-policy": FRAMED})
 
 
-def _told(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:
+def _verdict(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:
     """Verdict, figures and pairs."""
     pairs = pairs_table(found, MOST_PAIRS)
     return {

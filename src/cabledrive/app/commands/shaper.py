@@ -23,7 +23,7 @@ from cabledrive.parameters.route.drive import RoutedDrive
 @option(
     "--page",
     ".html",
-    "One page of the printer, from the logs of all axes and both belts, told apart by name.",
+    "One page of the printer, from the logs of all axes and both belts, distinguished by name.",
 )
 @option("--machine", "DRIVE", "With --page: whose computed frequencies stand beside the peaks.")
 def command(

@@ -85,13 +85,13 @@ def pairs_table(found: ResonanceSummary | RouteResonance, most: int) -> Table | 
     """
     pairs: Sequence[CoupledPair | RoutePair]
     if isinstance(found, RouteResonance):
-        pairs, rows = found.pairs, [_told(pair) for pair in found.pairs[:most]]
+        pairs, rows = found.pairs, [_shown_pair(pair) for pair in found.pairs[:most]]
     else:
         pairs, rows = found.coupled, []
         for place, pair in enumerate(found.coupled):
             own = own_pair(found.pairs, pair)
             if place < most or (own is not None and _always(own, found.pairs)):
-                rows.append(_told(pair, found.pairs))
+                rows.append(_shown_pair(pair, found.pairs))
     left = len(pairs) - len(rows)
     note = f"{left} more with higher thresholds." if left > 0 else ""
     caption = "Longitudinal modes and the transverse modes that they can excite, lowest threshold first."
@@ -99,7 +99,7 @@ def pairs_table(found: ResonanceSummary | RouteResonance, most: int) -> Table | 
     return listed(caption, columns, rows, note=note) if rows else None
 
 
-def _told(pair: CoupledPair | RoutePair, pairs: Sequence[Pair] = ()) -> dict[str, Any]:
+def _shown_pair(pair: CoupledPair | RoutePair, pairs: Sequence[Pair] = ()) -> dict[str, Any]:
     """A pair with all its transverse modes."""
     both = {"transverse": pair.transverse_hz, "numbers": getattr(pair, "numbers", None)}
     return pair_data(pair, pairs) | both

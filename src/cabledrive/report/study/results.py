@@ -278,7 +278,7 @@ def _shown(found: AcceptanceResult, more: tuple[str, ...]) -> dict[str, Any]:
 def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     """The law and its filter as numbers that another program can run; none where no controller was found."""
     goals, control = result.goals, result.controller
-    # So that who exports the law is told what the study says of it.
+    # Whoever exports the law sees what the study says of it.
     said = {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
     chosen = result.laws.chosen
     if chosen is None:

@@ -74,18 +74,18 @@ def scheduled(spec: DesignSpec) -> Controller:
 
 def announced(payload: tuple[Payload, ...], interval: float, samples: int) -> Array:
     """The load in force at every sample as a factor, shape (samples,); ``interval``: sample time [s]."""
-    told = np.ones(samples)
+    announced_load = np.ones(samples)
     for one in sorted(payload, key=lambda each: each.start):
-        told[round(one.start / interval) :] = one.factor
-    return told
+        announced_load[round(one.start / interval) :] = one.factor
+    return announced_load
 
 
-def told_otherwise(made: Controller, told: Array) -> Controller:
+def with_announced_load(made: Controller, announced_load: Array) -> Controller:
     """The same law with other announcements, shape (samples,); a law that takes none is returned as it is."""
     if made.schedule is None:
         return made
     reference = made.reference.copy()
-    reference[:, -1] = told
+    reference[:, -1] = announced_load
     return replace(made, reference=reference)
 
 
