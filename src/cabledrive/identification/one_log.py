@@ -13,7 +13,7 @@ from cabledrive.identification.axis.answer import IdentifyOptions, answer
 from cabledrive.identification.axis.axis import AxisOptions, Rows, axis_of
 from cabledrive.identification.axis.check import NOT_MADE
 from cabledrive.identification.axis.equation import FILTERS, FRICTIONS, PRINTED_SLOPE, FrictionModel, settling
-from cabledrive.identification.axis.timing import TIMINGS
+from cabledrive.identification.axis.timing import TIMINGS, given_timing
 from cabledrive.identification.estimates import Factors, Identification
 from cabledrive.identification.logs.log import BLOCK_ROWS, DataReport, Log, column_map
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log, open_log, read_log
@@ -35,12 +35,13 @@ def is_long(recording: Recording) -> bool:
 
 def identify_long_log(
     recording: Recording,
-    options: AxisOptions | None = None,
+    options: IdentifyOptions | None = None,
     *,
     progress: Callable[[str], None] | None = None,
 ) -> Identification:
     """One rigid axis by blocks, memory not growing; the first gives bandwidth and encoder step."""
-    axis, every, reach = None, 1, [0]
+    options, axis, every, reach = options or IdentifyOptions(), None, 1, [0]
+    known, timing = options.torque != "found", None
     parts: list[Factors] = []
     reports: list[DataReport] = []
     squares, used, rows, still = np.zeros(1), 0, 0, 0
@@ -50,11 +51,14 @@ def identify_long_log(
             still += fresh
             continue
         if axis is None:
-            axis = axis_of([block], options or AxisOptions())
+            axis = axis_of([block], replace(options.axis, lag=not known))
+            timing = given_timing(options.torque, axis.interval) if known else None
             axis = axis.with_kink(_factors(axis.rows_of(block)))
             bandwidth = axis.equation.bandwidth
             every = max(1, int(0.1 / (bandwidth * block.interval)))
             reach[0] = 2 * settling(bandwidth, block.interval)
+        if timing is not None:
+            (block,) = timing.moved(replace(axis, logs=(block,))).logs
         found = axis.rows_of(block, every)
         parts.append(_factors(found))
         squares = squares + (found.regressors**2).sum(axis=0)
@@ -65,8 +69,9 @@ def identify_long_log(
     if axis is None:
         raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
     found_all = axis.answer(estimates.suited_segments(estimates.joined(parts)), np.sqrt(squares / used))
+    noted = {} if timing is None else {"torque_shift": timing.shift, "torque_shift_error": timing.error}
     whole = _whole(reports, rows - still, still)
-    return replace(found_all.noting(blocks=len(reports)), reports=(whole,))
+    return replace(found_all.noting(blocks=len(reports), **noted), reports=(whole,))
 
 
 def _factors(rows: Rows) -> Factors:
@@ -215,7 +220,7 @@ def identify(
                     f"{recording.table.source}: method {method} needs the log in memory, which is too long "
                     "for that: leave the method out, or cut the log"
                 )
-            found = identify_long_log(recording, options.axis, progress=progress)
+            found = identify_long_log(recording, options, progress=progress)
             return replace(found.noting(model_check=NOT_MADE["long"]), check_reason=NOT_MADE["long"])
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.

@@ -279,7 +279,7 @@ def pair_words(loop: Loop, done: Run) -> dict[str, Any]:
     if pair is None or done.flanks is None:
         return {}
     flanks = done.flanks[: done.ended]
-    opened = int(done.state.summary[10])
+    opened = int(done.score["loose"])
     first = 2 * loop.chain.size + 1 + LEAST
     least, limit = np.asarray(done.state.x[first : first + 2]), pair.law.limit
     taken = np.abs(flanks[:, 2:4]).max(axis=0, initial=0.0)
