@@ -44,12 +44,8 @@ def map_answer(
     size = " x ".join(str(n) for n in data["shape"])
     over = f"{size} points over {', '.join(data['keys'])}; motor {HELD[data['motor']]}"
     certified = f"{over}; certified at {data['certified_points']}."
-    text = [
-        f"{drive.title or drive.name}",
-        certified,
-        "",
-        table_text(listed("", RANGES, map(_named, data["ranges"]))),
-    ]
+    rows = table_text(listed("", RANGES, data["ranges"]))
+    text = [drive.title or drive.name, certified, "", rows]
     if data["points_without_modes"]:
         text.append(
             f"{data['points_without_modes']} points have no modes, the first: {data['first_reason']}."
@@ -84,15 +80,12 @@ def _ranges(found: "xr.Dataset", name: str, dims: list[str]) -> list[dict[str, A
 
 
 RANGES = (
-    Row("name", "", kind="text"),
+    Row("output", "of", form=lambda name: name.removesuffix("_hz"), kind="text"),
+    Row("mode", "mode", form="d"),
+    Row("coordinate", "coordinate", kind="text"),
     Row("lowest.frequency_hz", "lowest", "Hz", ".6g"),
     Row("highest.frequency_hz", "highest", "Hz", ".6g"),
 )
-
-
-def _named(row: dict[str, Any]) -> dict[str, Any]:
-    name = row.get("coordinate") or f"{row['output'].removesuffix('_hz')} {row['mode']}"
-    return row | {"name": name}
 
 
 ZONE = Keys("order mode kind low high place_low place_high weight", of=Zone)

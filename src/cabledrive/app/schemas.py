@@ -74,10 +74,7 @@ def _properties(keys: Keys) -> Iterator[tuple[str, Any, bool]]:
         one = isinstance(part, Keys) and part.of is dict  # what a mapping itself is
         mapped = part is not None and not one and get_origin(hint) not in (None, tuple, list)
         if kind == "map" or mapped:
-            found = {
-                "type": "object",
-                "additionalProperties": _part(part or ("number" if name == key else name)),
-            }
+            found = _free(_part(part or ("number" if name == key else name)))
         elif kind in ("object", "rows") or part is not None:
             found = {"type": "array", "items": _part(part)} if many else _part(part)
         else:
@@ -85,6 +82,15 @@ def _properties(keys: Keys) -> Iterator[tuple[str, Any, bool]]:
         yield key, {"anyOf": [found, {"type": "null"}]} if why and kind not in KINDS else found, optional
     for other in keys.also:
         yield from _properties(other)
+
+
+def _free(values: dict[str, Any]) -> dict[str, Any]:
+    """The schema of an object of free names, with the reasons of those that are null."""
+    return {
+        "type": "object",
+        "patternProperties": {"_reason$": KINDS["note"]},
+        "additionalProperties": values,
+    }
 
 
 def _part(part: Any) -> dict[str, Any]:
@@ -119,5 +125,5 @@ def _kind(hint: Any) -> dict[str, Any]:
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         return schema_of(Keys("**", of=hint))
     if isinstance(origin, type) and issubclass(origin, Mapping):
-        return {"type": "object", "additionalProperties": _kind(inside[1])}
+        return _free(_kind(inside[1]))
     return {"type": "array"} | ({"items": _kind(inside[0])} if origin in (tuple, list) else {})

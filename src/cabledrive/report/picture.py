@@ -258,13 +258,9 @@ def inline_svg(
     body = re.sub(r"font: ([^;\"]*?)([\d.]+px) [^;\"]*", r"font: \1\2 var(--sans)", body)
     for colour, (light, _) in COLOURS.items():
         body = body.replace(light, f"var(--{colour})")
-    body = _PLACES.sub(lambda m: _LONG.sub(_rounded, m[0]), body)
+    body = _PLACES.sub(lambda m: _LONG.sub(lambda one: f"{round(float(one[0]), 2):g}", m[0]), body)
     body = re.sub(r"\s*\n\s*", "\n", body)
     width, height = size
     axes = Markup(' data-axes="{}"').format(json.dumps(scales)) if scales else ""
     head = f'<svg viewBox="0 0 {width:g} {height:g}" style="max-width: {width:g}px" aria-hidden="true"{axes}>'
     return Markup(f"{head}{body}</svg>")
-
-
-def _rounded(found: re.Match[str]) -> str:
-    return f"{float(found[0]):.2f}".rstrip("0").rstrip(".")

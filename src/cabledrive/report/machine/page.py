@@ -1,6 +1,6 @@
 """The page of one machine, and the card that leads to it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from cabledrive.answers.figures import number
 from cabledrive.mechanics import drive_warnings
@@ -102,13 +102,11 @@ def machine_view(context: ReportContext, place: int) -> View:
 def _sections(drive: Drive | RoutedDrive, name: str, pairs: Table | None) -> Iterator[Section]:
     """What applies to a machine; some formulas are of a loop or a line."""
     machine = as_machine(drive)
-    hanging: tuple[Block, ...] = ()
-    simple: tuple[Block, ...] = ()
-    derived: tuple[Block, ...] = ()
+    hanging, simple, derived = (list[Block]() for _ in range(3))
     if not isinstance(drive, RoutedDrive):
-        hanging, simple = rest_blocks(drive, name), (simple_models_table(drive),)
-        derived = (derived_table(derived_with_lowest(drive)),)
-    parts: tuple[tuple[str, str, tuple[Block | None, ...], str], ...] = (
+        hanging, simple = [*rest_blocks(drive, name)], [simple_models_table(drive)]
+        derived = [derived_table(derived_with_lowest(drive))]
+    parts: tuple[tuple[str, str, Sequence[Block | None], str], ...] = (
         ("At rest, under gravity", "rest", hanging, HANGING),
         ("Over the travel", "travel", tuple(travel_figures(machine, name)), ""),
         ("Pairs near internal resonance", "pairs", (pairs,), ""),

@@ -127,7 +127,8 @@ def resonance_chapter(result: StudyResult) -> Chapter:
     rows.append((ripple, quantity(found.ripple, "N m", 3)))
     rows.append(("Verdict for that ripple", found.verdict))
     if found.alarm is not None:
-        rows.append(("Largest transverse displacement along the motion", _maybe(found.largest, "m")))
+        largest = "none" if found.largest is None else quantity(found.largest, "m", 4)
+        rows.append(("Largest transverse displacement along the motion", largest))
         rows.append(("Allowed", quantity(found.limit, "m", 3)))
     blocks = (
         Note(text=say("alarm", verdict=found.alarm), tone=tone),
@@ -137,7 +138,3 @@ def resonance_chapter(result: StudyResult) -> Chapter:
     )
     method = say("resonance_method", repeated=REPEATED)
     return Chapter("Internal resonance", "resonance", blocks, methods=(method,))
-
-
-def _maybe(value: float | None, unit: str) -> str:
-    return "none" if value is None else quantity(value, unit, 4)

@@ -11,7 +11,7 @@ import numpy as np
 
 from cabledrive.answers.keys import Keys
 from cabledrive.answers.runs import CHAIN
-from cabledrive.mechanics import drive_warnings
+from cabledrive.mechanics import DerivedQuantities, drive_warnings
 from cabledrive.mechanics.network.span_table import (
     PULLEY_ROW,
     SPAN_ROW,
@@ -180,6 +180,20 @@ WITHOUT_CHAIN = Keys(
 )
 
 
+REFUSED = dict.fromkeys(("torque", "theorem", "unmatched", "sensors", "bound"), "refused before it was found")
+WHYS = REFUSED | {"residual": "no log was given", "model": "the law needs no model of the chain"}
+WHYS |= {own.name: own.metadata["why"] for own in fields(DerivedQuantities) if own.metadata["why"]}
+"""Why a figure inside a stage may be absent."""
+
+
+def _reasoned(stage: Any) -> Any:
+    """A stage in plain data with the reason beside each figure that is not there."""
+    if not isinstance(stage, dict):
+        return [_reasoned(one) for one in stage] if isinstance(stage, list) else stage
+    lost = {f"{key}_reason": WHYS[key] for key, value in stage.items() if value is None and key in WHYS}
+    return {key: _reasoned(value) for key, value in stage.items()} | lost
+
+
 def results_of(result: StudyResult) -> dict[str, Any]:
     """The content of ``results.json``, plain data, SI."""
     verdict, laws = result.verdict, result.laws
@@ -238,7 +252,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             "drive_hash": content_hash(result.drive),
             **({"axis": result.drive.words} if isinstance(result.drive, AxisDrive) else {}),
             "goals": {name: value for name, value in goals.items() if name not in LEFT_OUT},
-            "stages": {name: stage_cache.as_plain(stage) for name, stage in stages.items()}
+            "stages": {name: _reasoned(stage_cache.as_plain(stage)) for name, stage in stages.items()}
             | {"acceptance": accepted},
             "study": result.key,
             "provenance": {

@@ -221,10 +221,11 @@ def network_case(
     _check(drive, scheme, recording)
     mesh = network_mesh(network_of(drive), scheme.segments)
     slack = scheme.slack == "tension-only"
-    laws = [
-        cable_law(_cable(t, ea), scheme.model, tension_only=slack)
-        for t, ea in zip(mesh.tension, mesh.rigidity, strict=True)
-    ]
+    cables = (
+        Cable(given_rigidity=float(rigidity), mass_per_length=1.0, pretension=float(tension))
+        for tension, rigidity in zip(mesh.tension, mesh.rigidity, strict=True)
+    )
+    laws = [cable_law(one, scheme.model, tension_only=slack) for one in cables]
     grid = time_grid(duration, largest_network_step(mesh, laws), scheme, recording.rate, mesh.size)
     torques = motor_torques(mesh.driven, torque, duration, grid.step)
     x, q = placed(mesh, start.places, "places", start.plucks)
@@ -247,11 +248,6 @@ def network_case(
             "start": sha256(b"".join(array.tobytes() for array in (x, x_t, q, q_t))).hexdigest(),
         },
     )
-
-
-def _cable(tension: float, rigidity: float) -> Cable:
-    """Tension and rigidity, as laws take them."""
-    return Cable(given_rigidity=float(rigidity), mass_per_length=1.0, pretension=float(tension))
 
 
 def largest_network_step(mesh: NetworkMesh, laws: list[CableLaw]) -> float:
