@@ -11,7 +11,7 @@ from scipy import signal, stats
 
 from cabledrive.identification import two_sides
 from cabledrive.identification.logs.log import log_of
-from cabledrive.identification.one_log import identify
+from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import InputRefused
 from command import answer
 from true_plants import NAMES as PLANT
@@ -244,8 +244,10 @@ def test_one_side_excited_below_the_spring_tells_the_sum_alone(side):
     assert total == pytest.approx(truth["inertia_motor"] + truth["inertia_load"], rel=0.03)
 
 
-def test_a_load_behind_a_gear_is_refused():
+def test_a_load_behind_a_gear_and_settings_of_one_axis_are_refused():
     recorded, _ = arm_log(1, 12.0, 0.1, 20.0)
+    with pytest.raises(InputRefused, match="leave --method, --torque"):
+        identify(recorded, IdentifyOptions(torque="before"), model="two-inertia")
     geared = {**recorded.channels, "load_angle": recorded.channel("load_angle") / 5.0}
     with pytest.raises(InputRefused, match="times the gear ratio"):
         identify(replace(recorded, channels=geared), model="two-inertia")

@@ -208,8 +208,10 @@ def identify(
     options = with_model(options or IdentifyOptions(), model)
     method = options.method if method is None else method
     require_known(method, METHODS, f'method "{method}" is unknown')
-    if options.model == TWO_INERTIA and method != "auto":
-        raise InputRefused("the channels decide the method of model two-inertia: leave --method out")
+    settings = (method, options.torque, options.axis)
+    if options.model == TWO_INERTIA and settings != ("auto", "found", AxisOptions()):
+        said = "the channels decide method, filters and instant of the torque of model two-inertia"
+        raise InputRefused(f"{said}: leave --method, --torque, bandwidth, filter, slope and fading out")
     single = isinstance(logs, (str, Path, Log))
     given: Sequence[Any] = [logs] if single else list(logs)  # type: ignore[arg-type]
     if single and not isinstance(logs, Log):
