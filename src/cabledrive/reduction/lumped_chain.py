@@ -92,15 +92,15 @@ def state_space(chain: LumpedChain) -> tuple[Array, Array]:
     return first_order(chain.stiffness_matrix, chain.damping_matrix, np.array(chain.inertias))
 
 
-def held(system: Array, column: Array, interval: float) -> tuple[Array, Array]:
-    """Transition (n, n) and push (n,) over an interval [s] of a system under an input that is held."""
+def held(system: Array, inputs: Array, interval: float) -> tuple[Array, Array]:
+    """Transition (n, n), push (n,) or (n, k) over an interval [s] of a system under inputs that are held."""
     from scipy.linalg import expm
 
     n = len(system)
-    block = np.zeros((n + 1, n + 1))
-    block[:n, :n], block[:n, n] = system, column
-    power = expm(block * interval)
-    return power[:n, :n], power[:n, n]
+    block = np.zeros((n + inputs.size // n,) * 2)
+    block[:n] = np.column_stack((system, inputs))
+    power = expm(block * interval)[:n]
+    return power[:, :n], power[:, n:].reshape(inputs.shape)
 
 
 def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_of: int = 0) -> Complex:

@@ -10,7 +10,7 @@ from cabledrive.control.numbers import KALMAN, ObserverNumbers
 from cabledrive.control.observers import FlankLaw, KalmanTuning, Sampling, first_memory, kalman_filter
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
 from cabledrive.rig.closed_loop.chain_kernels import FLANKS, LEAST, MEMORY, ChainPlant
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers
 from cabledrive.rig.setting import RigOptions
@@ -84,12 +84,8 @@ def linear_rates(chain: LumpedChain, current_rate: float) -> Array:
 
 def linear_step(chain: LumpedChain, interval: float, current_rate: float) -> Array:
     """The same after a sample instead of per second, motor slipping, shape (m, m + 3)."""
-    from scipy.linalg import expm
-
-    rates = linear_rates(chain, current_rate)
-    block = np.zeros((rates.shape[1], rates.shape[1]))
-    block[: len(rates)] = rates * interval
-    return np.asarray(expm(block)[: len(rates)])
+    system, inputs = np.split(linear_rates(chain, current_rate), [2 * chain.size + 1], axis=1)
+    return np.hstack(held(system, inputs, interval))
 
 
 PRELOAD_SHARE, MARGIN_SHARE = 0.25, 0.2
