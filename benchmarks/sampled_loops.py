@@ -49,7 +49,7 @@ class InC:
 @lru_cache(maxsize=8)
 def transitions(loop: Loop) -> np.ndarray:
     """States after a sample from states, command, torques on motor and load, and a torque that rises."""
-    interval, rates = loop.rig.interval, linear_rates(loop.chain, loop.plant.current_rate)
+    interval, rates = loop.rig.interval, np.hstack(linear_rates(loop.chain, loop.plant.current_rate))
     m, size = rates.shape
     block = np.zeros((size + 1, size + 1))
     block[:m, :size] = rates

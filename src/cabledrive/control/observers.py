@@ -96,7 +96,7 @@ def kalman_filter(
     column[: 2 * n] = b[:, 0]
     system = np.zeros((size, size))
     system[: 2 * n, : 2 * n], system[:, 2 * n] = a, column
-    transition, inputs, shaft = _sampled(system, column, sampling)
+    transition, inputs, shaft = between_samples(system, column, sampling)
     density = np.zeros(size)
     density[n] = tuning.torque / chain.inertias[0] ** 2
     density[2 * n - 1] += tuning.load_acceleration
@@ -133,7 +133,7 @@ def kalman_filter(
     )
 
 
-def _sampled(system: Array, column: Array, sampling: Sampling) -> tuple[Array, Array, Array]:
+def between_samples(system: Array, column: Array, sampling: Sampling) -> tuple[Array, Array, Array]:
     """Transition, inputs by torque, older and newer command, load, and the current loop's factors."""
     n, w = system.shape[0], sampling.current_rate
     late = sampling.delay % sampling.interval

@@ -21,16 +21,17 @@ from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import expm, solve_discrete_lyapunov
+from scipy.linalg import solve_discrete_lyapunov
 
 from cabledrive.control import numbers
 from cabledrive.control.backstepping import fixed_row
 from cabledrive.control.load_schedule import filter_at, law_at
+from cabledrive.control.observers import Sampling, between_samples
 from cabledrive.control.reference import joint_motion
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.rig.closed_loop.chain_plant import linear_rates, linear_step
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
+from cabledrive.rig.closed_loop.chain_plant import linear_step
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.plant_samples import corners, varied
 from cabledrive.rig.setting import DEGREE, Spreads, none
@@ -115,24 +116,14 @@ def closed_loop(controller: Sampled, plant: Sampled) -> tuple[Array, Array, Arra
 
 def sampled_plant(loop: Loop) -> Sampled:
     """From the command to the encoders' angles: the chain, the torque loop, the delay."""
-    rate, rig = loop.plant.current_rate, loop.rig
-    rates = linear_rates(loop.chain, rate)
-    states = len(rates)
-    queue = rig.late_samples + 1
-    block, shaft = np.zeros((states + 1, states + 1)), states - 1
-    block[:states, : states + 1] = rates[:, : states + 1]
-    if rate == 0.0:  # without a torque loop the torque is the command
-        block[:, states] += block[:, shaft]
-        block[:, shaft] = 0.0
-    before, after = expm(block * rig.late_part), expm(block * (rig.interval - rig.late_part))
-    if rate == 0.0:
-        for one in (before, after):
-            one[shaft], one[shaft, states] = 0.0, 1.0
+    rig, (system, inputs) = loop.rig, state_space(loop.chain)
+    sampling = Sampling(interval=rig.interval, delay=rig.late_part, current_rate=loop.plant.current_rate)
+    transition, push, shaft = between_samples(system, inputs[:, 0], sampling)
+    states, queue = len(system) + 1, rig.late_samples + 1
     # Behind the states the command of this sample, which is the input, and the last ones, newest first.
     a = np.zeros((states + queue, states + 1 + queue))
-    a[:states, :states] = after[:states, :states] @ before[:states, :states]
-    a[:states, -1] = after[:states, :states] @ before[:states, states]
-    a[:states, -2] = after[:states, states]
+    a[: states - 1, : states - 1] = transition
+    a[:states, [states - 1, -1, -2]] = np.vstack((push[:, :3], shaft))
     a[states:, states:-1] = np.eye(queue)
     c = np.eye(states + queue)[rig.encoders]
     return Sampled(np.delete(a, states, axis=1), a[:, states, None], c, np.zeros((len(c), 1)))

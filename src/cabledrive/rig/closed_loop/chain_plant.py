@@ -71,21 +71,19 @@ def in_steps(p: ChainPlant, interval: float, substeps: int) -> ChainPlant:
     return p._replace(step=interval / steps)
 
 
-def linear_rates(chain: LumpedChain, current_rate: float) -> Array:
-    """Rates of angles, speeds and shaft torque from these, the command, torques on motor and load."""
-    n = chain.size
-    a, b = state_space(chain)
-    rates = np.zeros((2 * n + 1, 2 * n + 4))
-    rates[: 2 * n, : 2 * n], rates[: 2 * n, 2 * n] = a, b[:, 0]
-    rates[2 * n, 2 * n : 2 * n + 2] = -current_rate, current_rate
-    rates[: 2 * n, 2 * n + 2], rates[: 2 * n, 2 * n + 3] = b[:, 0], b[:, -1]
-    return rates
+def linear_rates(chain: LumpedChain, current_rate: float) -> tuple[Array, Array]:
+    """Rates of angles, speeds and shaft torque by these, (m, m), and by command, motor and load, (m, 3)."""
+    n, (a, b) = chain.size, state_space(chain)
+    system, inputs = np.zeros((2 * n + 1, 2 * n + 1)), np.zeros((2 * n + 1, 3))
+    system[: 2 * n, : 2 * n], system[: 2 * n, 2 * n] = a, b[:, 0]
+    system[2 * n, 2 * n], inputs[2 * n, 0] = -current_rate, current_rate
+    inputs[: 2 * n, 1], inputs[: 2 * n, 2] = b[:, 0], b[:, -1]
+    return system, inputs
 
 
 def linear_step(chain: LumpedChain, interval: float, current_rate: float) -> Array:
     """The same after a sample instead of per second, motor slipping, shape (m, m + 3)."""
-    system, inputs = np.split(linear_rates(chain, current_rate), [2 * chain.size + 1], axis=1)
-    return np.hstack(held(system, inputs, interval))
+    return np.hstack(held(*linear_rates(chain, current_rate), interval))
 
 
 PRELOAD_SHARE, MARGIN_SHARE = 0.25, 0.2
