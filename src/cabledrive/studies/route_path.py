@@ -6,7 +6,6 @@ from functools import cached_property
 from math import ceil, pi
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
@@ -213,6 +212,8 @@ def driven_way(drive: RoutedDrive, network: Network, motion: PlannedMotion) -> t
     held = np.linalg.solve(mass, free.T @ network.static_stiffness @ free)
     if np.abs(held).max(initial=0.0) * motion.time[-1] ** 2 > _HELD:
         return None
+    from scipy.integrate import cumulative_trapezoid  # a third of a second, for moving bodies alone
+
     push = np.column_stack(torques_of(drive, motion)) @ turns_by_torque(network) @ free
     pulled = np.asarray(np.linalg.solve(mass, push.T).T)
     speed = cumulative_trapezoid(pulled, motion.time, axis=0, initial=0.0)
