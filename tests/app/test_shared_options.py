@@ -41,8 +41,6 @@ dwell = "0.1 s"
 draws = 10
 cable_draws = 0
 """
-NOTES = {"certified_reason", "interpreted", "stopped", "other", "coupled", "reason", "sag", "best"}
-"""Sentences that are absent where there is nothing to say, which needs no reason."""
 SLOWLY = ("--set", "sensors.sample_rate=1 kHz")
 
 
@@ -108,9 +106,9 @@ def unexplained(found):
     """Names of figures that are null without a reason."""
     for key, value in found.items():
         told = found.keys() & {f"{key}_reason", "reason"} or key in found.get("reasons", ())
-        if value is None and not told and key not in NOTES:
+        if value is None and not told:
             yield key
-        if key not in ("stages", "provenance"):  # as the classes of a study's stages and of methods have them
+        if key != "provenance":  # as the classes of methods have them
             for inner in value if isinstance(value, list) else [value]:
                 yield from unexplained(inner) if isinstance(inner, dict) else ()
 

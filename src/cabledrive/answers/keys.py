@@ -23,12 +23,12 @@ class Keys:
     ``names``: attributes of the class ``of``, apart by blanks, as "key=name" where the key is another,
     "key=name.part" of a part of one; with "?" behind it where it is left out when there is nothing; "*": the
     figures that the result declares; "**": all its fields. Of a result that is made as a dictionary kinds
-    stand before the keys, "text: motor number: torque speed?": text, note (or null), flag, count, number,
-    numbers, texts, rows, object, map, any; braces hold the keys of an object, of each row or each value of a
-    map, which may be of a kind as well: "map: units=text". ``whys``: by key, inside too, why a value may be
-    None, or the attribute that says so behind a point; ``parts``: likewise what is inside, keys, a class
-    or several as a tuple; ``also``: other keys of the same object; ``figures``: figures for people that are
-    keys as well, those behind points of the part that they lie in.
+    stand before the keys, "text: motor number: torque speed?": text, note (left out where there is none),
+    flag, count, number, numbers, texts, rows, object, map, any; braces hold the keys of an object, of each
+    row or value of a map, which may be of a kind as well: "map: units=text". ``whys``: by key, inside too,
+    why a value may be None, or the attribute that says so behind a point; ``parts``: likewise what is inside,
+    keys, a class or several as a tuple; ``also``: other keys of the same object; ``figures``: figures for
+    people that are keys as well, those behind points of the part that they lie in.
     """
 
     names: str
@@ -51,10 +51,13 @@ class Keys:
         """The object of a result; what is a dictionary already keeps its order and gets its reasons."""
         found: dict[str, Any] = {}
         if isinstance(own, Mapping):
-            whys = {key: why for key, _, _, why, _ in self.each()}
+            known = {key: (why, kind) for key, _, _, why, kind in self.each()}
             for key, value in own.items():
-                lost = value is None and whys.get(key) and f"{key}_reason" not in own
-                found |= _absent(key, whys[key]) if lost else {key: self._inside(key, value)}
+                why, kind = known.get(key, ("", ""))
+                if value is not None or f"{key}_reason" in own or not (why or kind == "note"):
+                    found[key] = self._inside(key, value)
+                elif why:
+                    found |= _absent(key, why)
             for other in self.also:
                 found = other(found)
             return found
@@ -92,16 +95,18 @@ class Keys:
             if word in ("*", "**"):
                 for own in fields(self.of):
                     if own.compare if word == "**" else own.metadata.get("under"):
-                        yield key_of(own), own.name, False, own.metadata.get("why", ""), ""
+                        note, why = own.name.endswith("_reason"), own.metadata.get("why", "")
+                        yield key_of(own), own.name, note, why, ""
             elif word.endswith(":"):
                 kind = word[:-1]
             else:
                 key, _, name = word.rstrip("?").partition("=")
-                yield key, name or key, word.endswith("?"), self.whys.get(key, ""), kind
+                why = self.whys.get(key, "")
+                yield key, name or key, word.endswith("?") or (kind == "note" and not why), why, kind
         for row in self.figures:
             if "." not in row.key:
-                kind = "count" if row.form == "d" else row.kind.rstrip("?")
-                yield row.key, row.key, row.kind.endswith("?"), self.whys.get(row.key, ""), kind
+                kind, why = "count" if row.form == "d" else row.kind.rstrip("?"), self.whys.get(row.key, "")
+                yield row.key, row.key, row.kind.endswith("?") or (kind == "note" and not why), why, kind
 
 
 def _absent(key: str, why: str) -> dict[str, Any]:

@@ -26,7 +26,7 @@ PROOF = Keys(
     of=Certificate,
 )
 MODES = Keys(
-    "modes certified certified_reason warnings certificate rigid_body_modes motor hold at_torque",
+    "modes certified certified_reason? warnings certificate rigid_body_modes motor hold at_torque",
     parts={"modes": MODE, "certificate": PROOF},
     of=Modes,
 )

@@ -191,7 +191,8 @@ def _reasoned(stage: Any) -> Any:
     if not isinstance(stage, dict):
         return [_reasoned(one) for one in stage] if isinstance(stage, list) else stage
     lost = {f"{key}_reason": WHYS[key] for key, value in stage.items() if value is None and key in WHYS}
-    return {key: _reasoned(value) for key, value in stage.items()} | lost
+    kept = {key: value for key, value in stage.items() if value is not None or not key.endswith("_reason")}
+    return {key: _reasoned(value) for key, value in kept.items()} | lost
 
 
 def results_of(result: StudyResult) -> dict[str, Any]:
