@@ -25,8 +25,7 @@ from cabledrive.studies.resonance_map import SteadyBranch
 from cabledrive.studies.route_pairs import RouteResonance, route_resonance
 from cabledrive.studies.route_path import Passage
 
-OF_LOOPS, OF_ROUTES, MOST_PASSAGES = 6, 12, 50
-LARGEST_MODES, LARGEST_PASSAGES = 3, 5
+MOST_PAIRS, MOST_PASSAGES, LARGEST_MODES, LARGEST_PASSAGES = 12, 50, 3, 5
 METHOD_OF_ROUTES = "exact modes of the network, coupling by exact integrals, first-order instability"
 EXCITED = {"none": "", "direct": "directly, through sag", "parametric": "parametrically"}
 ALARM = Keys(
@@ -123,7 +122,7 @@ def loop_data(
 
 def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> str:
     """The summary for people."""
-    parts = _summary(drive, found, OF_LOOPS)
+    parts = _summary(drive, found)
     if any((pair.tuned_pretension or 0.0) > largest_pretension(drive) for pair in found.pairs):
         parts.append(f"Beyond {quantity(largest_pretension(drive), 'N')} the cable leaves its elastic range.")
     if found.split:
@@ -139,11 +138,11 @@ def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]
 
 
 def _summary(
-    drive: Drive | RoutedDrive, found: ResonanceSummary | RouteResonance, most: int, none: str = ""
+    drive: Drive | RoutedDrive, found: ResonanceSummary | RouteResonance, none: str = ""
 ) -> list[str]:
     """Verdict, figures and pairs; ``none``: what is said where there are no pairs."""
     head = (drive.title or drive.name, "", f"verdict: {found.verdict}", *indented(found.reasons))
-    pairs = pairs_table(found, most)
+    pairs = pairs_table(found, MOST_PAIRS)
     figures = "\n".join(aligned(found.figures))
     return ["\n".join(head), figures, none if pairs is None else table_text(pairs)]
 
@@ -201,7 +200,7 @@ def route_answer(
         found = of_motion(found, judged)
     data = ROUTE(ROUTE.also[0](found) | {"tuned_pretension": None})
     data["pairs"] = [pair_data(pair) for pair in found.pairs]
-    parts = _summary(drive, found, OF_ROUTES, "No pair lies within 10 % (1:2) or 5 % (sum) of resonance.")
+    parts = _summary(drive, found, "No pair lies within 10 % (1:2) or 5 % (sum) of resonance.")
     parts.insert(2, f"Motor {found.motor}; nearest is the first transverse mode of {found.nearest_span}.")
     parts += [words[0].upper() + words[1:] + "." for words in found.left_out]
     if judged is not None:

@@ -80,29 +80,21 @@ def pair_data(pair: CoupledPair | RoutePair, pairs: Sequence[Pair] = ()) -> dict
 def pairs_table(found: ResonanceSummary | RouteResonance, most: int) -> Table | None:
     """Pairs of modes that can excite one another, lowest threshold first; None where there are none.
 
-    Of a loop the ratio and the tuned pretension of the pulley mode's pairs, of which the lowest of each
-    section and the nearest to 1:2 are always listed.
+    Of a loop with the ratio and the tuned pretension of the pulley mode's pairs.
     """
     pairs: Sequence[CoupledPair | RoutePair]
+    tuned: Sequence[Pair] = ()
     if isinstance(found, RouteResonance):
-        pairs, rows = found.pairs, [_shown_pair(pair) for pair in found.pairs[:most]]
+        columns, pairs = list(OF_ROUTES), found.pairs
     else:
-        pairs, rows = found.coupled, []
-        for place, pair in enumerate(found.coupled):
-            own = own_pair(found.pairs, pair)
-            if place < most or (own is not None and _always(own, found.pairs)):
-                rows.append(_shown_pair(pair, found.pairs))
-    left = len(pairs) - len(rows)
-    note = f"{left} more with higher thresholds." if left > 0 else ""
+        columns, pairs, tuned = list(OF_LOOPS), found.coupled, found.pairs
+    rows = [
+        pair_data(pair, tuned) | {"transverse": pair.transverse_hz, "numbers": getattr(pair, "numbers", None)}
+        for pair in pairs[:most]
+    ]
+    note = f"{len(pairs) - most} more with higher thresholds." if len(pairs) > most else ""
     caption = "Longitudinal modes and the transverse modes that they can excite, lowest threshold first."
-    columns = OF_ROUTES if isinstance(found, RouteResonance) else OF_LOOPS
     return listed(caption, columns, rows, note=note) if rows else None
-
-
-def _shown_pair(pair: CoupledPair | RoutePair, pairs: Sequence[Pair] = ()) -> dict[str, Any]:
-    """A pair with all its transverse modes."""
-    both = {"transverse": pair.transverse_hz, "numbers": getattr(pair, "numbers", None)}
-    return pair_data(pair, pairs) | both
 
 
 def own_pair(pairs: Sequence[Pair], pair: CoupledPair) -> Pair | None:
@@ -114,12 +106,6 @@ def own_pair(pairs: Sequence[Pair], pair: CoupledPair) -> Pair | None:
         if pulley and near and (own.span, own.number) == (pair.span, pair.numbers[0]):
             return own
     return None
-
-
-def _always(pair: Pair, pairs: Sequence[Pair]) -> bool:
-    """Whether a pair is always listed: the lowest of each section, and the nearest to 1:2."""
-    own = [other for other in pairs if (other.span, other.section) == (pair.span, pair.section)]
-    return pair.number <= 3 or pair is min(own, key=lambda other: abs(other.detuning))
 
 
 NO_STRENGTH, NO_LIMIT = "no strength [N] in the file", "no limit in the file"
