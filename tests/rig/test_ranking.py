@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.control.bound import impulse_response
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import Loop, run
@@ -15,7 +16,6 @@ from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import (
     closed_loop,
     margins_of,
-    response,
     sampled_controller,
     sampled_plant,
     torque_parts,
@@ -47,7 +47,7 @@ def test_linear_loop_is_the_rig_without_friction():
     observer = free.observer._replace(gains=free.observer.gains[-1:], scalars=scalars)
     tested = replace(free, observer=observer, rig=rig)
     matrix, rounding, _ = closed_loop(sampled_controller(tested), sampled_plant(tested))
-    impulse = response(matrix, rounding, np.eye(len(matrix))[2], 299)[:, 2]
+    impulse = impulse_response(matrix, rounding, np.eye(len(matrix))[2], 299)[:, 2]
     found = run(tested, last=300).log[1:300, 2]
     assert np.abs(found).max() > 1e-4
     expected = 1e-3 * np.cumsum(impulse)

@@ -186,7 +186,10 @@ def regressor_deviation(law: LawNumbers, states: Array, reference: Array) -> Arr
 
 
 def impulse_response(step: Array, push: Array, output: Array, samples: int) -> Array:
-    """Output of :math:`x_{k+1} = Ax_k` from ``push`` on, shape (samples,); its rows double in number."""
+    """Output of :math:`x_{k+1} = Ax_k` from ``push`` on, shape (samples,); its rows double in number.
+
+    ``push``, (n,) or (n, inputs), ``output``, (n,) or (outputs, n), put their own axes behind the samples.
+    """
     rows, power = output[None], step
     while len(rows) < samples:
         rows = np.concatenate((rows, rows @ power))

@@ -25,6 +25,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from cabledrive.control import numbers
 from cabledrive.control.backstepping import fixed_row
+from cabledrive.control.bound import impulse_response
 from cabledrive.control.load_schedule import filter_at, law_at
 from cabledrive.control.observers import Sampling, between_samples
 from cabledrive.control.reference import joint_motion
@@ -178,18 +179,6 @@ def feedback_of(law: numbers.LawNumbers, states: int) -> tuple[Array, Array, Arr
     raise InputRefused("margins are computed for packaged laws, whose equations are known")
 
 
-def response(matrix: Array, start: Array, output: Array, samples: int) -> Array:
-    """Output of a recursion after an impulse in each of its inputs, shape (samples, inputs).
-
-    ``output``, shape (states,); of several, shape (k, states), it is of shape (samples, k, inputs).
-    """
-    found, state = np.zeros((samples, *output.shape[:-1], start.shape[1])), start.copy()
-    for k in range(samples):
-        found[k] = output @ state
-        state = matrix @ state
-    return found
-
-
 MEMORY, LONG_MEMORY = 0.8, 4.0
 COUNTS_PER_PERIOD = 10.0
 
@@ -218,12 +207,12 @@ def expected_bound(loop: Loop) -> ExpectedBound:
     matrix, rounding, _ = closed_loop(sampled_controller(loop), plant)
     angle, speed = np.eye(len(matrix))[[loop.chain.size - 1, loop.chain.size]]
     short, states = round(MEMORY / rig.interval), seen.model.shape[0]
-    noise = (response(matrix, rounding, speed, short) ** 2).sum(axis=0) @ (rig.counts**2 / 12.0)
+    noise = (impulse_response(matrix, rounding, speed, short) ** 2).sum(axis=0) @ (rig.counts**2 / 12.0)
     pushes = np.zeros((len(matrix), 2))  # a torque that the filter does not know, one that it alone knows
     table, inner = linear_step(loop.chain, rig.interval, loop.plant.current_rate), len(plant.a)
     pushes[: len(table), 0] = table[:, len(table) + 1]
     pushes[inner : inner + states, 1] = seen.model[:, states + 3]
-    both = response(matrix, pushes, angle, short)
+    both = impulse_response(matrix, pushes, angle, short)
     parts = torque_parts(loop, both[:, 0], both[:, 1], SIGMAS * float(np.sqrt(noise)))
     unmatched = unmatched_part(loop, Spreads())
     return ExpectedBound(*parts, unmatched, rounding_part(loop, matrix, rounding))
@@ -253,7 +242,7 @@ def rounding_part(loop: Loop, matrix: Array, rounding: Array) -> Array:
     bandwidth, speed = loop.controller.bandwidth, np.abs(loop.controller.reference[:, -2])
     assert bandwidth is not None
     samples = round(LONG_MEMORY / loop.rig.interval)
-    responses = response(matrix, rounding, np.eye(len(matrix))[loop.chain.size - 1], samples)
+    responses = impulse_response(matrix, rounding, np.eye(len(matrix))[loop.chain.size - 1], samples)
     found, variance = np.zeros(len(speed)), np.zeros(len(speed))
     for impulse, count in zip(responses.T, loop.rig.counts, strict=True):
         slow = speed < COUNTS_PER_PERIOD * count * bandwidth / (2.0 * pi)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cabledrive.control.bound import impulse_response
 from cabledrive.control.numbers import GAIN, HIGH, LEARNING, LINEAR, LOW
 from cabledrive.control.own_controller import checked_controller
 from cabledrive.control.regression import RepetitionLearning, lifted, repetition_learning, torque_along
@@ -18,7 +19,7 @@ from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
 from cabledrive.rig.laws.load_learning import CHANGING, INDIRECT, LOAD_LEARNING, SCHEDULED, made_anew
 from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS, OPEN_LOOPS, known_name
-from cabledrive.rig.margins import bound_over_draws, closed_loop, response, sampled_controller, sampled_plant
+from cabledrive.rig.margins import bound_over_draws, closed_loop, sampled_controller, sampled_plant
 from cabledrive.rig.plant_samples import (
     Disturbances,
     Draws,
@@ -210,7 +211,7 @@ def _lifted(loop: Loop, width: int, nodes: int) -> tuple[Array, Array]:
     push[-1] = 1.0  # the last command that the law remembers holds the added torque as well
     load = np.zeros(len(matrix))
     load[loop.chain.size - 1] = 1.0
-    later = response(matrix, push, np.array((load, command)), nodes * width - 1)[:, :, 0]
+    later = impulse_response(matrix, push, np.array((load, command)), nodes * width - 1)[:, :, 0]
     both = np.vstack(([0.0, 1.0], later))  # the added torque itself comes at once
     return lifted(both[:, 0], nodes, width), lifted(both[:, 1], nodes, width)
 

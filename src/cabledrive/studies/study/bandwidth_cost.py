@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.linalg import LinAlgError
 
+from cabledrive.control.bound import impulse_response
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.rig.carriage import run_carriage
 from cabledrive.rig.closed_loop.loop import Loop, run
-from cabledrive.rig.margins import closed_loop, response, sampled_controller, sampled_plant
+from cabledrive.rig.margins import closed_loop, sampled_controller, sampled_plant
 from cabledrive.rig.tracking import summarize
 from cabledrive.studies.study.carriage import CarriageCase
 from cabledrive.studies.study.goals import Goals
@@ -37,7 +38,7 @@ def sensor_bound(loop: Loop) -> float | None:
     if np.abs(np.linalg.eigvals(transition)).max() > 1.0 + 1e-6:
         return None
     load = np.eye(len(transition))[loop.chain.size - 1]
-    impulse = response(transition, readings, load, len(loop.target))
+    impulse = impulse_response(transition, readings, load, len(loop.target))
     total, highest = np.abs(impulse).sum(axis=0), np.abs(np.cumsum(impulse, axis=0)).max(axis=0)
     bound = float(0.5 * loop.rig.counts @ (total + highest) / loop.gear)
     return bound if bound < UNSTABLE else None
