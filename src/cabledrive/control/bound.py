@@ -106,7 +106,7 @@ def output_tube(sliding: Array, bandwidth: float, order: int, interval: float, t
     for i in range(order):
         # held at the larger of the two samples beside each interval
         held = np.maximum(bound, np.append(bound[1:], bound[-1])) / bandwidth
-        slow = _lagged(held[:-1], float(np.exp(-bandwidth * interval)))
+        slow = lag_of_held(held[:-1], float(np.exp(-bandwidth * interval)))
         time = times[i] if i < len(times) else 0.0
         bound = time * bound + abs(1.0 - time * bandwidth) * slow
     return bound
@@ -164,7 +164,7 @@ def sliding_residual(
     impulse = impulse_response(step, push, output, len(torque))
     matched = np.append(0.0, fftconvolve(torque, impulse)[: len(torque)] if len(torque) else torque)
     fading = float(np.exp(-law.k_sigma * interval / mu))
-    sliding = np.abs(_lagged(torque / law.k_sigma, fading))
+    sliding = np.abs(lag_of_held(torque / law.k_sigma, fading))
     return SlidingResidual(
         torque=np.append(torque, torque[-1:]),
         unmatched=error - matched,
@@ -197,7 +197,7 @@ def impulse_response(step: Array, push: Array, output: Array, samples: int) -> A
     return np.asarray(rows[:samples] @ push)
 
 
-def _lagged(signal: Array, fading: float) -> Array:
+def lag_of_held(signal: Array, fading: float) -> Array:
     """A signal held from sample to sample through a first-order lag, from zero."""
     from scipy.signal import lfilter
 

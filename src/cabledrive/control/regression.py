@@ -40,6 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
+from cabledrive.control.bound import lag_of_held
 from cabledrive.identification.signals import lagged, zero_phase
 from cabledrive.parameters.arrays import Array
 
@@ -244,11 +245,8 @@ def acting_torque(command: Array, interval: float, *, delay: float = 0.0, curren
     wanted = part * padded[: len(command)] + (1.0 - part) * padded[1 : len(command) + 1]
     if current_rate == 0.0:
         return wanted
-    from scipy.signal import lfilter
-
     fading = exp(-current_rate * interval)
-    after = lfilter([1.0 - fading], [1.0, -fading], wanted)
-    before = np.concatenate(([0.0], after[:-1]))
+    before = lag_of_held(wanted, fading)[:-1]
     return np.asarray(wanted + (before - wanted) * (1.0 - fading) / (current_rate * interval))
 
 
