@@ -6,7 +6,7 @@ The printed pulses and the phases of the encoders are lost: errors are held agai
 from dataclasses import dataclass, replace
 from functools import cache
 from math import pi
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +59,7 @@ def run(law: str, bandwidth: float | None = None, feedback: str = "motor", **mor
     """One run on the rig of configuration 3; bandwidth [Hz] as printed, plant Model 4 unless given."""
     motion = LONG if law in ("darc-1", "darc-2") else replace(PULSE, rise=more.pop("rise", PULSE.rise))
     given = {"controller": law, "bandwidth": bandwidth, "options": RigOptions(feedback=feedback), **more}
-    return cast(Tracking, track(load_drive("dissertation-3"), motion=motion, gains="dissertation", **given))
+    return track(load_drive("dissertation-3"), motion=motion, gains="dissertation", **given)
 
 
 @cache

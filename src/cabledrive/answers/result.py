@@ -68,7 +68,7 @@ class Result:
                 values = getattr(self, name)
                 if isinstance(values, Mapping):
                     columns |= values
-                else:
+                elif values is not None and len(values) == len(getattr(self, over)):  # else it has none
                     many = {f"{name}_{k}": one for k, one in enumerate(values.T)}
                     columns |= many if values.ndim > 1 else {name: values}
             return DataFrame(columns, Index(getattr(self, over), name=over))

@@ -15,7 +15,7 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:
-    from cabledrive.rig import Tracking, TwoMotorTracking
+    from cabledrive.rig import Tracking
 
 METHOD = "exact geometry of two lines that only pull, symplectic steps, set-valued friction"
 OF_TRACK = ("controller", "least_tension", "gust", "bandwidth", "seed", "draws")
@@ -29,7 +29,7 @@ NOT_HERE = (
 
 def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: dict[str, Any]) -> Answer:
     """Run the law of two motors on two winches, with those options of `track` that have an effect here."""
-    from cabledrive.rig import BodyMotion, RigOptions, TwoMotorTracking, track
+    from cabledrive.rig import BodyMotion, RigOptions, track
     from cabledrive.rig.setting import parse_disturbance
 
     refuse_given(*NOT_HERE, why="is for pulses of a load pulley: two winches move a body, see --move")
@@ -49,12 +49,11 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
         **{name: spec[name] for name in OF_TRACK},
         plant_drive=actual,
     )
-    assert isinstance(found, TwoMotorTracking)  # the drive has two winches
     return answer_of_run(drive, found, WOUND, METHOD, spec["seed"])
 
 
 def answer_of_run(
-    drive: Drive | RoutedDrive, found: "Tracking | TwoMotorTracking", keys: Keys, method: str, seed: int
+    drive: Drive | RoutedDrive, found: "Tracking", keys: Keys, method: str, seed: int
 ) -> Answer:
     """What a run of either kind answers, by its keys."""
     step = found.summary["internal_step"]
@@ -74,7 +73,7 @@ def move_of(words: str) -> tuple[str, float]:
     return name.strip(), to_si(value, "m")
 
 
-def track_text(drive: Drive | RoutedDrive, found: "Tracking | TwoMotorTracking") -> str:
+def track_text(drive: Drive | RoutedDrive, found: "Tracking") -> str:
     """The text: the figures of the run, and what comes in lists."""
     said = found.summary
     head = f"{drive.title or drive.name}: {said['controller']} on {said['plant']}, {said['observer']}"

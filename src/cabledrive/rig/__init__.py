@@ -5,7 +5,6 @@ from cabledrive.rig.closed_loop.own_plant import OwnPlant
 from cabledrive.rig.front_door import track
 from cabledrive.rig.setting import BodyMotion, Disturbance, Motion, Payload, RigOptions
 from cabledrive.rig.tracking import Tracking
-from cabledrive.rig.winch_run import TwoMotorTracking
 
 __all__ = [
     "BodyMotion",
@@ -17,7 +16,6 @@ __all__ = [
     "Payload",
     "RigOptions",
     "Tracking",
-    "TwoMotorTracking",
     "move_carriage",
     "track",
 ]

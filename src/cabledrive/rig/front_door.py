@@ -40,7 +40,7 @@ from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions
 from cabledrive.rig.tracking import Tracking, summarize
 from cabledrive.rig.tuning import design
 from cabledrive.rig.winch_plan import design_tensions, plan_motion, way_of
-from cabledrive.rig.winch_run import TwoMotorTracking, run_plant, run_samples
+from cabledrive.rig.winch_run import run_plant, run_samples
 from cabledrive.rig.winch_summary import CONTROLLER
 from cabledrive.rig.winch_summary import summarize as summarize_winches
 
@@ -65,7 +65,7 @@ def track(
     repeat: int = 0,
     least_tension: float | None = None,
     gust: float | None = None,
-) -> Tracking | TwoMotorTracking:
+) -> Tracking:
     """Let a control law follow pulses on the virtual rig, or move a body between two winches.
 
     Parameters
@@ -112,8 +112,7 @@ def track(
 
     Returns
     -------
-    Tracking or TwoMotorTracking
-        The second of a body between two winches.
+    Tracking
 
     Raises
     ------

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cabledrive.answers.figures import shown
 from cabledrive.answers.result import Result
-from cabledrive.answers.runs import TRACKING
+from cabledrive.answers.runs import TRACKING, WINCHES
 from cabledrive.control.numbers import ESTIMATES, HIGH, LOW
 from cabledrive.identification.logs.log import Log
 from cabledrive.parameters import Drive
@@ -37,16 +38,18 @@ OBSERVERS = {
 @described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Tracking(Result):
-    """A run of the rig."""
+    """A run of the rig: of a load, or of a body between two winches; an array that one has not is empty."""
 
-    _table, _shown = "time: reference load_angle error torque", TRACKING
+    _table = "time: reference load_angle place error torque tensions"
     _heading = "{0.summary[controller]} on {0.summary[plant]}"
     summary: dict[str, Any] = meaning("what `cabledrive track --json` prints")
     time: Array = meaning("(samples,) [s]")
-    reference: Array = meaning("(samples,): wanted angle of the load [rad]")
+    unit: str = meaning('of reference and error: "rad" of a load, "m" of a body')
+    reference: Array = meaning("(samples,): wanted angle of a load; (samples, m): wanted place of a body")
     load_angle: Array = meaning("(samples,): true angle of the load [rad]")
-    error: Array = meaning("(samples,): their difference at the same instant [rad]")
-    torque: Array = meaning("(samples,): limited command [N m]")
+    place: Array = meaning("(samples, m): true place of the body from where it rests [m]")
+    error: Array = meaning("as the reference: what is true less what is wanted at the same instant")
+    torque: Array = meaning("(samples,): limited command [N m]; of winches (samples, 2), positive winding in")
     sigma: Array = meaning("(samples,): sliding variable of a law of the chain, first error of backstepping")
     estimates: Array = meaning("(samples, p): of the law")
     estimate_bounds: Array = meaning("(2, p): least and largest value of each")
@@ -56,11 +59,11 @@ class Tracking(Result):
     encoder_angles: Array = meaning("(samples, m): the same at each encoder's own shaft [rad]")
     stuck: Array = meaning("(samples,): whether the motor stood still by friction")
     tensions: Array | None = meaning(
-        "(samples, 2): mean tension of upper and lower span, without damping [N]; None without a "
-        "flexible cable"
+        "(samples, 2): mean tension of upper and lower span, without damping, or tension of both lines [N]; "
+        "None without a flexible cable"
     )
     bound: Array | None = meaning("(samples,): the tube of the theorem for the error [rad]")
-    incomplete: str | None = meaning("why the run ended early")
+    incomplete: str | None = meaning("why the run ended early, of a body also what was not kept")
     interpreted: str | None = meaning(
         'what ran as plain Python, sample by sample, and slower for it: "controller", "plant", '
         '"controller, plant", or "loop" around compiled parts of your own; None: everything was '
@@ -68,16 +71,21 @@ class Tracking(Result):
         None,
     )
 
+    @property
+    def figures(self) -> list[tuple[str, str]]:
+        """Words and value of each main figure."""
+        return shown(WINCHES if self.unit == "m" else TRACKING, self.summary)
+
     def to_dataframe(self) -> Any:
         """The run as a table over time.
 
         Returns
         -------
         pandas.DataFrame
-            Index time [s]; reference, load_angle, error [rad], torque [N m], then the angle of each encoder
-            at its own shaft [rad].
+            Index time [s]; reference, load_angle or place, error, torque, tensions, then the angle of each
+            encoder at its own shaft [rad].
         """
-        angles = zip(self.summary["encoders"], self.encoder_angles.T, strict=True)
+        angles = zip(self.summary.get("encoders", ()), self.encoder_angles.T, strict=True)
         return super(Tracking, self).to_dataframe().assign(**{f"{name}_encoder": v for name, v in angles})
 
     def plot(self) -> "Figure":
@@ -89,6 +97,8 @@ class Tracking(Result):
         """
         from matplotlib import pyplot
 
+        if self.unit == "m":
+            return super(Tracking, self).plot()
         said, (figure, axes) = self.summary, pyplot.subplots(3, 1, sharex=True, layout="constrained")
         above, middle, below = axes
         above.plot(self.time, np.degrees(self.reference), "--", label="reference")
@@ -134,8 +144,10 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     return Tracking(
         summary=summary,
         time=np.asarray(loop.rig.interval * np.arange(ended), dtype=np.float64),
+        unit="rad",
         reference=loop.target[:ended] / loop.gear,
         load_angle=log[:, n - 1] / loop.gear,
+        place=np.zeros((0, 0)),
         error=error,
         torque=log[:, column],
         sigma=log[:, column + 2],

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.answers.result import Result
-from cabledrive.answers.runs import WINCHES
 from cabledrive.control.tension_position import (
     TensionGains,
     first_state,
@@ -18,7 +16,6 @@ from cabledrive.control.tension_position import (
 )
 from cabledrive.mechanics.compiled import njit, njit_part
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
 from cabledrive.rig.closed_loop.chain_kernels import counted, rubbed
 from cabledrive.rig.plant_samples import error_words, share_low
@@ -138,22 +135,6 @@ def move(m: TwoMotors, body: Moving, h: float, torque: Array, force: Array) -> N
 def held_back(speed: float, force: float, mass: float, viscous: float, coulomb: float, h: float) -> float:
     """Speed after a step under a force, with friction that holds what it can hold."""
     return rubbed(mass * speed + h * force, h * coulomb) / (mass + h * viscous)
-
-
-@described
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
-class TwoMotorTracking(Result):
-    """A run of a body between two motors."""
-
-    _table, _shown = "time: reference place tensions torques", WINCHES
-    _heading = "{0.summary[controller]} on {0.summary[plant]}"
-    summary: dict[str, Any] = meaning("what `cabledrive track --json` prints")
-    time: Array = meaning("(samples,) [s]")
-    reference: Array = meaning("(samples, m): wanted place of the body from where it rests [m]")
-    place: Array = meaning("(samples, m): true place [m]")
-    tensions: Array = meaning("(samples, 2): of the lines [N]")
-    torques: Array = meaning("(samples, 2): of the motors, positive winding in [N m]")
-    incomplete: str | None = meaning("what was not kept, and why")
 
 
 INTERNAL_STEP = 1e-4

@@ -8,8 +8,9 @@ import numpy as np
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import ASSUMED, TwoMotors
 from cabledrive.rig.setting import none
+from cabledrive.rig.tracking import Tracking
 from cabledrive.rig.winch_plan import Setup
-from cabledrive.rig.winch_run import PlantRun, TwoMotorTracking, bound_of_place, loop_poles, part_used
+from cabledrive.rig.winch_run import PlantRun, bound_of_place, loop_poles, part_used
 
 NAMES = {
     "mass": "mass of the body",
@@ -28,6 +29,10 @@ ALWAYS = (
 
 
 CONTROLLER = "tension-position"
+OF_A_LOAD = (
+    *("load_angle", "sigma", "estimates", "estimate_bounds", "angles", "speeds", "readings"),
+    *("encoder_angles", "stuck"),
+)
 _AT_LIMIT, _AT_ONE = 1.0 - 1e-9, 1e-12
 PLACES = 8
 """At which the poles of the loop are computed."""
@@ -37,7 +42,7 @@ _TOLD = 1e-3
 
 def summarize(
     setup: Setup, actual: TwoMotors, done: PlantRun, force: Array, *, seed: int, drawn: dict[str, Any] | None
-) -> TwoMotorTracking:
+) -> Tracking:
     """Put a run of ``actual`` into words and arrays; ``force``, shape (samples, m): on the body [N]."""
     gains, design, machine = setup.design.gains, setup.design, setup.machine
     m, record = len(machine.names), done.record
@@ -145,14 +150,18 @@ def summarize(
         summary["reasons"] = [f"{words}them: the position gives way, the tension does not", *broken]
     if drawn is not None:
         summary["over_draws"] = drawn
-    return TwoMotorTracking(
+    return Tracking(
         summary=summary,
         time=np.asarray(gains.interval * np.arange(len(record)), dtype=np.float64),
+        unit="m",
         reference=wanted,
         place=record[:, :m],
+        error=error,
         tensions=tension,
-        torques=torque,
+        torque=torque,
         incomplete=_incomplete(setup, done, tension, broken, drawn),
+        bound=None,
+        **dict[str, Any](dict.fromkeys(OF_A_LOAD, np.zeros(0))),
     )
 
 

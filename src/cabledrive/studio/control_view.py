@@ -83,11 +83,9 @@ def _runs(request: Request, desk: Desk, state: State) -> dict[str, Any]:
     with _ONE_AT_A_TIME:
         for law, bandwidth in bandwidths.items():
             try:
-                found = track(
+                runs[law] = track(
                     drive, controller=law, bandwidth=bandwidth, plant=plant, motion=motion, options=options
                 )
-                assert isinstance(found, Tracking)
-                runs[law] = found
             except (InputRefused, NotComputed) as refusal:
                 refused.append(f"{law}: {refusal}")
     common = {words.partition(": ")[2] for words in refused}
@@ -111,7 +109,6 @@ def control_best(request: Request) -> Response:
             run = track(drive, controller="best", motion=_setting(request)[0], axis=axis)
     except (InputRefused, NotComputed) as refusal:
         return JSONResponse({"words": f"{NONE_HERE}: {refusal}."})
-    assert isinstance(run, Tracking)
     of = "of the laws with feedback " if run.summary.get("motor_reason") else ""
     return JSONResponse({"words": f"{of}compare would take {run.summary['gains']['reasons'][0]}."})
 

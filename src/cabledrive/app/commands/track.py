@@ -122,7 +122,7 @@ def command(
 ) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.reduction.network_axis import as_axis
-    from cabledrive.rig import Motion, RigOptions, Tracking, track
+    from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.laws.baselines import BASELINES
     from cabledrive.rig.setting import (
         parse_disturbance,
@@ -170,7 +170,6 @@ def command(
         plant_drive=actual,
         adapt=not spec["no_adaptation"],
     )
-    assert isinstance(found, Tracking)
     if log_file is not None:
         log_file.write(log_text(found, actual or drive))
     if animate is not None:
