@@ -73,28 +73,30 @@ def lumped_cable_mode(drive: Drive) -> float | None:
 
     The lowest eigenvalue above the rigid motion of the masses on springs k L / l between neighbours; k of a
     span is that of ``[lumped]`` where given, else EA/L; the rotor's holding stiffness is one to the ground.
-
     Returns angular frequency [rad/s]; None if nothing can move.
     """
-    from scipy.linalg import eigh
+    from scipy.linalg import eigvals_banded
 
     if drive.motor is not None:
         drive = replace(drive, motor=replace(drive.motor, joint_stiffness=None))
     found = []
     for chain in (own.chain for own in longitudinal_chains(drive)):
-        links, masses = np.arange(chain.lengths.size), chain.masses
-        rows = np.zeros((links.size, masses.size))
-        rows[links, links] += 1.0
-        rows[links, (links + 1) % masses.size] -= 1.0
-        stiffness = (rows.T * span_stiffness(drive) * drive.span_length / chain.lengths) @ rows
-        stiffness += np.diag(chain.ground_springs)
-        free = slice(int(chain.fixed[0]), masses.size - int(chain.fixed[1]))
-        rigid = chain.rigid_body_modes
-        if masses[free].size > rigid:
-            root = np.sqrt(masses[free])
-            matrix = stiffness[free, free] / np.outer(root, root)
-            square = eigh(matrix, eigvals_only=True, subset_by_index=[rigid, rigid])[0]
-            found.append(sqrt(max(float(square), 0.0)))
+        size, k = chain.masses.size, span_stiffness(drive) * drive.span_length / chain.lengths
+        a, b = np.arange(k.size), (np.arange(k.size) + 1) % size
+        stiffness = chain.ground_springs + np.bincount(a, k, size) + np.bincount(b, k, size)
+        free = np.arange(int(chain.fixed[0]), size - int(chain.fixed[1]))
+        if free.size <= (rigid := chain.rigid_body_modes):
+            continue
+        # a ring from both ends: no link spans more than two places of the band
+        place = np.full(size, -1)
+        place[free] = np.minimum(2 * (free - free[0]), 2 * (free[-1] - free) + 1)
+        linked, root = (place[a] >= 0) & (place[b] >= 0), np.sqrt(chain.masses)
+        ends = np.sort([place[a[linked]], place[b[linked]]], axis=0)
+        band = np.zeros((3, free.size))
+        band[0, place[free]] = stiffness[free] / root[free] ** 2
+        np.add.at(band, (ends[1] - ends[0], ends[0]), -(k / (root[a] * root[b]))[linked])
+        square = eigvals_banded(band, lower=True, select="i", select_range=(rigid, rigid))[0]
+        found.append(sqrt(max(float(square), 0.0)))
     return min(found, default=None)
 
 

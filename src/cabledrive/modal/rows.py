@@ -227,7 +227,7 @@ def counted(t: Table, lanes: Lanes) -> Array:
     r"""Modes below each lane's frequency, rigid ones included (Wittrick and Williams [1]_), Eq. (M.5).
 
     The negative pivots of the elimination, and the modes that the cuts hide between held ends. Where
-    round-off clouds the signs, from the other end, then by eigenvalues.
+    round-off clouds the signs, from the other end, then both with more digits, then by eigenvalues.
 
     References
     ----------
@@ -241,22 +241,24 @@ def counted(t: Table, lanes: Lanes) -> Array:
     with np.errstate(all="ignore"):
         w, _, late, hidden = weights(t, lanes)
         band = bands(t, lanes.omega, w, late)
-        negative, growth = negative_pivots(band.copy())
-        found = negative + hidden
-        bad = np.flatnonzero(~(growth <= GROWTH))
-        if bad.size:
-            from scipy.linalg import eigvals_banded  # few machines wait for it
-
-            negative, growth = negative_pivots(turned_round(band[..., bad]))
+        found, bad, wide = np.zeros(hidden.shape), np.arange(hidden.size), np.result_type(band, np.longdouble)
+        for kind, turned in ((band.dtype, False), (band.dtype, True), (wide, False), (wide, True)):
+            own = band[..., bad].astype(kind)
+            negative, growth = negative_pivots(turned_round(own) if turned else own)
             found[bad] = negative + hidden[bad]
-            for lane in bad[~(growth <= GROWTH)]:
-                try:
-                    values = eigvals_banded(band[..., lane].T, lower=True)
-                except (np.linalg.LinAlgError, ValueError):  # the second of what is not finite
-                    raise NotComputed(
-                        "modes cannot be counted: stiffnesses and masses of the machine lie too far apart"
-                    ) from None
-                found[lane] = int(np.sum(values < 0.0)) + hidden[lane]
+            bad = bad[~(growth <= GROWTH * np.finfo(band.dtype).eps / np.finfo(kind).eps)]
+            if not bad.size:
+                return found
+        from scipy.linalg import eigvals_banded  # few machines wait for it
+
+        for lane in bad:
+            try:
+                values = eigvals_banded(band[..., lane].T, lower=True)
+            except (np.linalg.LinAlgError, ValueError):  # the second of what is not finite
+                raise NotComputed(
+                    "modes cannot be counted: stiffnesses and masses of the machine lie too far apart"
+                ) from None
+            found[lane] = int(np.sum(values < 0.0)) + hidden[lane]
     return found
 
 
