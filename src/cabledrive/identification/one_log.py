@@ -85,9 +85,11 @@ def _checked_blocks(
     wanted = tuple(c for c in recording.columns if c in ("time", "torque", "angle", "force", "position"))
     held = {name: np.empty(0) for name in wanted}
     start, again = 0, 0  # rows of the file before those held; of these, in the block before as well
+    part, whole = recording.map, replace(recording, map=replace(recording.map, start=None, end=None))
+    first, last = (-np.inf if part.start is None else part.start), (np.inf if part.end is None else part.end)
 
     def checked(end: int) -> tuple[Log, int]:
-        log = checked_log(recording, {name: values[:end] for name, values in held.items()}, start)
+        log = checked_log(whole, {name: values[:end] for name, values in held.items()}, start)
         if progress is not None:
             about = recording.table.rows
             share = f", about {100 * min(1.0, (start + end) / about):.0f} %" if about else ""
@@ -95,7 +97,13 @@ def _checked_blocks(
         return log, end - again
 
     for block in recording.blocks(wanted):
-        held = {name: np.concatenate([held[name], block[name]]) for name in wanted}
+        rows, size = held[wanted[0]].size, block[wanted[0]].size
+        rate = part.sample_rate
+        time = block["time"] if rate is None else (start + rows + np.arange(size)) / rate
+        outside = (time < first) | (time >= last)
+        if rows == 0:
+            start += size if outside.all() else int(outside.argmin())
+        held = {name: np.concatenate([held[name], block[name][~outside]]) for name in wanted}
         while held[wanted[0]].size >= again + 2 * BLOCK_ROWS:
             end = again + BLOCK_ROWS
             yield checked(end)
@@ -223,7 +231,9 @@ def identify(
                     "for that: leave the method out, or cut the log"
                 )
             found = identify_long_log(recording, options, progress=progress)
-            return replace(found.noting(model_check=NOT_MADE["long"]), check_reason=NOT_MADE["long"])
+            own_error = "not known: the log is read in blocks"
+            found = found.noting(model_check=NOT_MADE["long"], own_error=own_error)
+            return replace(found, check_reason=NOT_MADE["long"])
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.
     with threadpool_limits(limits=1, user_api="blas"):
