@@ -17,10 +17,10 @@ def rooms() -> list[str]:
     return [room for room in order if (ROOT / "src" / "cabledrive" / room / "__init__.py").exists()]
 
 
-def page(room: str, linked: set[str]) -> str:
+def page(room: str, known: set[str]) -> str:
     """Markdown of one page: a module's own docstring, then every name that it exports.
 
-    ``room``: "" is the package; ``linked``: names of the pages before; those here are added.
+    ``room``: "" is the package; ``known``: names of the pages before; those here are added.
     """
     module = f"cabledrive.{room}".rstrip(".")
     found = importlib.import_module(module)
@@ -29,12 +29,12 @@ def page(room: str, linked: set[str]) -> str:
         value = getattr(found, name)
         home = f"{getattr(value, '__module__', None) or module}.{name}"
         summary = (inspect.getdoc(value) or "").partition("\n\n")[0].replace("\n", " ")
-        if home in linked:
+        if home in known:
             linked.append(f"- {{py:obj}}`{name} <{home}>`: {summary}")
         elif callable(value):
             kind = ("autoclass", ":members:") if inspect.isclass(value) else ("autofunction",)
             parts.append(f"## {name}\n\n{_directive(kind[0], home, *kind[1:])}")
-        linked.add(home)
+        known.add(home)
     return "\n".join([*linked, "", *parts])
 
 
@@ -58,9 +58,9 @@ def write(app: Any) -> None:
     """Write what has changed, and remove the page of a room that is gone."""
     folder = Path(app.srcdir) / "reference"
     folder.mkdir(exist_ok=True)
-    linked: set[str] = set()
-    pages = {f"{room}.md": page(room, linked) for room in rooms()}
-    pages = {"cabledrive.md": page("", linked), **pages, "examples.md": examples()}
+    known: set[str] = set()
+    pages = {f"{room}.md": page(room, known) for room in rooms()}
+    pages = {"cabledrive.md": page("", known), **pages, "examples.md": examples()}
     listing = "\n".join(["```{toctree}", *(name.removesuffix(".md") for name in pages), "```"])
     words = "The names at the door, the rooms of the package in import order, and examples."
     pages["index.md"] = f"# Reference\n\n{words}\n\n{listing}\n"
