@@ -9,11 +9,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from cabledrive.identification import estimates
-from cabledrive.identification.axis.answer import IdentifyOptions, answer
+from cabledrive.identification.axis.answer import IdentifyOptions, answer, timed
 from cabledrive.identification.axis.axis import AxisOptions, Rows, axis_of
 from cabledrive.identification.axis.check import NOT_MADE
 from cabledrive.identification.axis.equation import FILTERS, FRICTIONS, PRINTED_SLOPE, FrictionModel, settling
-from cabledrive.identification.axis.timing import TIMINGS, given_timing
+from cabledrive.identification.axis.timing import TIMINGS, given_timing, timing_of
 from cabledrive.identification.estimates import Factors, Identification
 from cabledrive.identification.logs.log import BLOCK_ROWS, DataReport, Log, column_map
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log, open_log, read_log
@@ -39,9 +39,9 @@ def identify_long_log(
     *,
     progress: Callable[[str], None] | None = None,
 ) -> Identification:
-    """One rigid axis by blocks, memory not growing; the first gives bandwidth and encoder step."""
+    """One rigid axis by blocks, memory not growing; the first gives bandwidth, count and torque's instant."""
     options, axis, every, reach = options or IdentifyOptions(), None, 1, [0]
-    known, timing = options.torque != "found", None
+    known = options.torque != "found"
     parts: list[Factors] = []
     reports: list[DataReport] = []
     squares, used, rows, still = np.zeros(1), 0, 0, 0
@@ -52,13 +52,12 @@ def identify_long_log(
             continue
         if axis is None:
             axis = axis_of([block], replace(options.axis, lag=not known))
-            timing = given_timing(options.torque, axis.interval) if known else None
+            timing = given_timing(options.torque, axis.interval) if known else timing_of(axis)
             axis = axis.with_kink(_factors(axis.rows_of(block)))
             bandwidth = axis.equation.bandwidth
             every = max(1, int(0.1 / (bandwidth * block.interval)))
             reach[0] = 2 * settling(bandwidth, block.interval)
-        if timing is not None:
-            (block,) = timing.moved(replace(axis, logs=(block,))).logs
+        (block,) = timing.moved(replace(axis, logs=(block,))).logs
         found = axis.rows_of(block, every)
         parts.append(_factors(found))
         squares = squares + (found.regressors**2).sum(axis=0)
@@ -68,10 +67,11 @@ def identify_long_log(
             parts = [estimates.merged(estimates.joined(parts), 2)]
     if axis is None:
         raise InputRefused(f"{recording.table.source}: nothing moves in it: a log must move the axis")
-    found_all = axis.answer(estimates.suited_segments(estimates.joined(parts)), np.sqrt(squares / used))
-    noted = {} if timing is None else {"torque_shift": timing.shift, "torque_shift_error": timing.error}
+    found_all = axis.answer(
+        estimates.suited_segments(estimates.joined(parts)), np.sqrt(squares / used), 0.5 * axis.interval
+    )
     whole = _whole(reports, rows - still, still)
-    return replace(found_all.noting(blocks=len(reports), **noted), reports=(whole,))
+    return replace(timed(found_all, timing).noting(blocks=len(reports)), reports=(whole,))
 
 
 def _factors(rows: Rows) -> Factors:

@@ -156,7 +156,7 @@ def _by_methods(
     """The answer by prediction error, or by what else was asked for or is possible; its model checked."""
     method, smooth = options.method, axis.options.friction.kind in ("coulomb", "tanh")
     if method == "output-error":
-        return _checked(timing.moved(axis), refined(timing.moved(axis), _timed(found, timing)), options)
+        return _checked(timing.moved(axis), refined(timing.moved(axis), timed(found, timing)), options)
     predicted, lost = None, False
     if method != "inverse-dynamics" and smooth:
         try:
@@ -168,12 +168,12 @@ def _by_methods(
     elif method == "prediction-error":
         raise NotComputed("prediction error needs the model rigid-axis-coulomb or rigid-axis-tanh")
     if predicted is None:
-        moved, chosen = timing.moved(axis), _timed(found, timing)
+        moved, chosen = timing.moved(axis), timed(found, timing)
         if smooth and found.identifiable and "negative" not in found.codes:
             chosen = with_own_error(moved, chosen)
         return _checked(moved, chosen.saying(NOT_FOLLOWED, LOST) if lost else chosen, options)
     moved = predicted.timing.moved(axis)
-    chosen = _checked(moved, _timed(by_prediction, predicted.timing), options)
+    chosen = _checked(moved, timed(by_prediction, predicted.timing), options)
     return _with_rest(chosen, predicted, turns=not axis.equation.linear) if options.check else chosen
 
 
@@ -201,7 +201,7 @@ def _checked(axis: Axis, chosen: Identification, options: IdentifyOptions) -> Id
     return check.checked_by_innovations(axis, chosen)
 
 
-def _timed(found: Identification, timing: TorqueTiming) -> Identification:
+def timed(found: Identification, timing: TorqueTiming) -> Identification:
     """With what was found of the torque's instant."""
     found = found.noting(torque_shift=timing.shift, torque_shift_error=timing.error)
     if timing.stated:
