@@ -231,7 +231,7 @@ def move_carriage(
     seed: int = 0,
     ideal_sensors: bool = False,
 ) -> CarriageRun:
-    """Carry a hanging mass along the span and look at what swings on.
+    """Carry a hanging mass along the span and look at what swings on; delay and torque loop are left out.
 
     Parameters
     ----------
