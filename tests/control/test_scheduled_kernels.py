@@ -191,6 +191,17 @@ def reference() -> np.ndarray:
     return np.concatenate(parts)[None, :]
 
 
+def test_learning_without_forgetting_is_least_squares_with_a_prior():
+    """One sample of all encoders: information adds up, however they follow one another."""
+    kept = kept_state()
+    learn_from_innovations(law(), kept, reference(), 0)
+    information = np.linalg.inv(COVARIANCE) + SLOPES @ SLOPES.T
+    posterior = np.linalg.inv(information)
+    expected = BEGUN + posterior @ SLOPES @ (WHITE @ INNOVATIONS - SLOPES.T @ BEGUN)
+    np.testing.assert_allclose(kept.parameters[:3], expected, rtol=1e-12)
+    np.testing.assert_allclose(kept.parameters[3:].reshape(3, 3), posterior, rtol=1e-12, atol=1e-14)
+
+
 @pytest.mark.parametrize(("share", "learnt"), [(0.99, True), (1.01, False)])
 def test_an_innovation_is_passed_over_beyond_the_gate_in_its_own_spread(share, learnt):
     """The spread is 1 + s^T P s of what noise and parameters explain; the covariance then goes back."""

@@ -183,30 +183,25 @@ def rms_of(measured, simulated):
 
 FILE_COUPLED = "ced/DATAPRBS.MAT"
 TRAINING = 400
-START = {
-    "motor inertia": 0.03,
-    "pulley inertia": 0.01,
-    "motor friction": 0.15,
-    "pulley friction": 0.02,
-    "coulomb friction": 0.3,
-    "belt stiffness": 2.0,
-    "belt damping": 0.01,
-    "sensor lag": 0.02,
-    "sensor threshold": 0.1,
-}
-BELT = ChainModel(
-    inertias=2,
-    free=(
-        FreeParameter(name="motor inertia", quantity="inertia", low=1e-4, high=1.0),
-        FreeParameter(name="pulley inertia", quantity="inertia", number=1, low=1e-4, high=1.0),
-        FreeParameter(name="motor friction", quantity="viscous", low=1e-5, high=10.0),
-        FreeParameter(name="pulley friction", quantity="viscous", number=1, low=1e-5, high=10.0),
-        FreeParameter(name="coulomb friction", quantity="coulomb", low=1e-5, high=1.0),
-        FreeParameter(name="belt stiffness", quantity="stiffness", low=1e-2, high=1e2),
-        FreeParameter(name="belt damping", quantity="damping", low=1e-5, high=10.0),
-        FreeParameter(name="sensor lag", quantity="lag", low=1e-4, high=0.2),
-        FreeParameter(name="sensor threshold", quantity="threshold", low=1e-4, high=1.0),
-    ),
+
+
+def modelled(*parts, **given):
+    """Two inertias from rows of name, quantity, number, low, high and start; and where the fit starts."""
+    names = ("name", "quantity", "number", "low", "high")
+    free = tuple(FreeParameter(**dict(zip(names, row, strict=False))) for row in parts)
+    return ChainModel(inertias=2, free=free, **given), {row[0]: row[-1] for row in parts}
+
+
+BELT, START = modelled(
+    ("motor inertia", "inertia", 0, 1e-4, 1.0, 0.03),
+    ("pulley inertia", "inertia", 1, 1e-4, 1.0, 0.01),
+    ("motor friction", "viscous", 0, 1e-5, 10.0, 0.15),
+    ("pulley friction", "viscous", 1, 1e-5, 10.0, 0.02),
+    ("coulomb friction", "coulomb", 0, 1e-5, 1.0, 0.3),
+    ("belt stiffness", "stiffness", 0, 1e-2, 1e2, 2.0),
+    ("belt damping", "damping", 0, 1e-5, 10.0, 0.01),
+    ("sensor lag", "lag", 0, 1e-4, 0.2, 0.02),
+    ("sensor threshold", "threshold", 0, 1e-4, 1.0, 0.1),
     measured=(1,),
     rectified=True,
     delay=1,
@@ -339,32 +334,19 @@ MOVING = ("0_5", "1_5", "2", "2_5", "3_5", "4", "4_5")
 """Sines [Hz] that were not fitted and at which the load cart moves; above 4.5 Hz it sticks."""
 SWEEP = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5)
 SETTLED = 2000
-CARTS = ChainModel(
-    inertias=2,
-    free=(
-        FreeParameter(name="motor cart", quantity="inertia", low=1e-5, high=1.0),
-        FreeParameter(name="load cart", quantity="inertia", number=1, low=1e-5, high=1.0),
-        FreeParameter(name="motor viscous", quantity="viscous", low=1e-6, high=1.0),
-        FreeParameter(name="load viscous", quantity="viscous", number=1, low=1e-7, high=1.0),
-        FreeParameter(name="motor coulomb", quantity="coulomb", low=1e-4, high=3.0),
-        FreeParameter(name="load coulomb", quantity="coulomb", number=1, low=1e-4, high=3.0),
-        FreeParameter(name="spring", quantity="stiffness", low=1e-3, high=1e2),
-        FreeParameter(name="offset", quantity="offset", low=-1.0, high=1.0),
-    ),
+CARTS, START_CART = modelled(
+    ("motor cart", "inertia", 0, 1e-5, 1.0, 2e-3),
+    ("load cart", "inertia", 1, 1e-5, 1.0, 1e-3),
+    ("motor viscous", "viscous", 0, 1e-6, 1.0, 0.01),
+    ("load viscous", "viscous", 1, 1e-7, 1.0, 1e-3),
+    ("motor coulomb", "coulomb", 0, 1e-4, 3.0, 0.3),
+    ("load coulomb", "coulomb", 1, 1e-4, 3.0, 0.05),
+    ("spring", "stiffness", 0, 1e-3, 1e2, 0.3),
+    ("offset", "offset", 0, -1.0, 1.0, 0.0),
     measured=(0, 1),
     substeps=1,
 )
 """Masses [V/(mm/s^2)], viscous terms [V s/mm], Coulomb terms and offset [V], spring [V/mm]."""
-START_CART = {
-    "motor cart": 2e-3,
-    "load cart": 1e-3,
-    "motor viscous": 0.01,
-    "load viscous": 1e-3,
-    "motor coulomb": 0.3,
-    "load coulomb": 0.05,
-    "spring": 0.3,
-    "offset": 0.0,
-}
 
 
 @pytest.fixture(scope="module")

@@ -160,6 +160,13 @@ def test_output_error_is_refused_inside_a_feedback_loop():
         identify(moved.part(end=20.0), PLAIN, model="rigid-axis-asymmetric", method="output-error")
 
 
+def test_an_axis_that_is_held_by_friction_at_first_does_not_lose_its_intervals():
+    """The speed at the start is then forgotten before the comparison begins, and decides nothing more."""
+    free, held = (identify(bench_log(TEST, seed), PLAIN, method="output-error") for seed in (70_000, 70_145))
+    errors = [found.parameters["viscous_friction"].standard_error for found in (free, held)]
+    assert errors[1] < 3.0 * errors[0], f"observed {errors}"
+
+
 # --- What widens the intervals of output error: noise of the torque at turns, scores that remember
 DRIVES = {
     "500 Hz": {"rate": 500.0},

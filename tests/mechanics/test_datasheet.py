@@ -119,6 +119,13 @@ def test_at_the_no_slip_torque_the_tensions_stand_in_the_capstan_ratio(friction,
     assert (7.0 + half) == pytest.approx(exp(friction * angle) * (7.0 - half), rel=1e-9, abs=1e-12)
 
 
+# --- First estimates of the cable's and the joint's mode, held against the measured ones
+def test_modes_of_the_rig_are_those_of_table_6_2():
+    """8.27 Hz and 92.2 Hz, fitted to the response; the parameters have two to three digits."""
+    assert lumped_cable_mode(RIG) / (2 * pi) == pytest.approx(8.27, rel=0.005)
+    assert lumped_joint_mode(RIG) / (2 * pi) == pytest.approx(92.2, rel=0.005)
+
+
 def test_estimates_bracket_the_coupled_modes():
     """Motor, drive pulley and load pulley on two springs: rigid joint and free cable shift both modes up."""
     k = 2.0 * span_stiffness(RIG) * RIG.drive_pulley.radius**2
@@ -128,3 +135,16 @@ def test_estimates_bracket_the_coupled_modes():
     omega = np.sqrt(np.abs(np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))))
     assert omega[1] < lumped_cable_mode(RIG) < 1.01 * omega[1], f"{omega}"
     assert lumped_joint_mode(RIG) < omega[2] < 1.02 * lumped_joint_mode(RIG), f"{omega}"
+
+
+def test_fixed_load_pulley_leaves_the_drive_side_on_both_spans():
+    drive = replace(RIG, pulley=(RIG.drive_pulley, replace(RIG.load_pulley, fixed=True)))
+    inertia = RIG.motor.inertia + RIG.drive_pulley.inertia
+    assert lumped_cable_mode(drive) == pytest.approx(sqrt(2 * 850.0 * 0.04**2 / inertia), rel=1e-14)
+
+
+def test_line_has_one_span_and_measured_stiffness_stands_before_that_of_the_cable():
+    one = lumped_cable_mode(replace(RIG, kind="line"))
+    assert lumped_cable_mode(RIG) == pytest.approx(sqrt(2.0) * one, rel=1e-14)
+    assert span_stiffness(RIG) == 850.0
+    assert span_stiffness(replace(RIG, lumped=None)) == pytest.approx(438.0, rel=1e-14)

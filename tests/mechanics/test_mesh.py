@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.mechanics.cable_laws import LAWS, cable_law
+from cabledrive.mechanics.mesh import cable_forces, mesh_of, strain_energy, weight_energy
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
@@ -45,6 +46,34 @@ def test_gravity_has_the_printed_signs_and_follows_the_slope():
     np.testing.assert_allclose(steep.weight_w, level.weight_w * np.cos(pi / 6), rtol=1e-12)
     np.testing.assert_allclose(steep.weight_u[1:10], level.weight_w[1:10] * 0.5, rtol=1e-12)
     assert abs(steep.weight_u[0]) < 1e-12 * abs(steep.weight_u[1]), "the half cells at a rim pull apart"
+
+
+@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if law.has_potential])
+@pytest.mark.parametrize("kind", ["loop", "line"])
+def test_forces_are_minus_the_derivative_of_the_energy(name, kind):
+    """Complex step through every nodal displacement of a small chain."""
+    drive = replace(DRIVE, kind=kind)
+    mesh, law = mesh_of(drive, 4), cable_law(drive.cable, name)
+    displacement = 1e-3 * np.random.default_rng(2).standard_normal((3, mesh.nodes))
+    if mesh.closed:
+        displacement[:, -1] = displacement[:, 0]
+    force = cable_forces(mesh, law, displacement)
+    for axis in range(3):
+        for node in range(mesh.nodes - mesh.closed):
+            stepped = displacement.astype(complex)
+            stepped[axis, node] += 1e-30j
+            if mesh.closed:
+                stepped[:, -1] = stepped[:, 0]
+            slope = np.imag(strain_energy(mesh, law, stepped).sum()) / 1e-30
+            assert force[axis, node] == pytest.approx(-slope, rel=1e-11, abs=1e-11 * law.pretension)
+
+
+def test_weight_energy_falls_as_the_cable_sinks():
+    mesh = mesh_of(DRIVE, 10)
+    displacement = np.zeros((3, mesh.nodes))
+    displacement[2, 1:10] = -1e-3
+    lowered = mesh.density * mesh.spacing[0] * 9 * 9.81 * 1e-3
+    assert weight_energy(mesh, displacement) == pytest.approx(-lowered, rel=1e-12)
 
 
 @pytest.mark.parametrize(

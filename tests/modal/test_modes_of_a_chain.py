@@ -105,6 +105,17 @@ def test_a_wall_to_wall_string_and_a_ring_of_one_segment_have_their_harmonics():
     assert found.rigid_body_modes == 1
 
 
+def test_forces_of_two_cables_balance_at_their_joint():
+    """R u' jumps by -omega^2 m u: the slopes of each side come from its own wave number."""
+    for mode in cd.modes(THREE, count=12).modes:
+        before, after = ([own for own in mode.slope_waves() if own.span == f"segment {i}"] for i in (0, 1))
+        before, after = before[-1].slope_at(float(THREE.lengths[0])).real, after[0].slope.real
+        pull = CABLES["rigidity"][1] * after - CABLES["rigidity"][0] * before
+        omega = 2.0 * np.pi * mode.frequency
+        inertia = -(omega**2) * 0.05 * float(mode.joints["joint 1"][0])
+        assert pull == pytest.approx(inertia, rel=1e-6, abs=1e-6 * abs(CABLES["rigidity"][1] * after))
+
+
 def test_a_soft_spring_names_the_mode_that_it_holds():
     found = cd.modes(replace(LINE, grounds=np.array([0.0, 900.0, 0.0, 40.0])), count=1).modes[0]
     assert found.family == "spring to the ground"

@@ -232,6 +232,13 @@ def test_start_map_reproduces_the_motion_at_rest(second):
     assert abs(found.q_rate) < 1e-11
 
 
+def test_a_pluck_at_rest_starts_from_a_real_pulley_amplitude():
+    """Q(0) cancels the static rotation lq a^2 / (2 W^2): starting from zero would miss it."""
+    c = averaging.averaged_coefficients(autoparametric_model(TUNED))
+    state = averaging.plucked(c, [4e-3, 0.0])
+    assert state[0].real == pytest.approx(c.offset[0] * 16e-6, rel=0.02)
+
+
 def test_stretch_of_a_triangle_beyond_its_first_mode():
     m = np.arange(3, 20_001, 2)
     total = np.sum(m**2 * (8 / np.pi**2 / m**2) ** 2)

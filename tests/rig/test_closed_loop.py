@@ -106,6 +106,16 @@ def test_poles_on_the_true_plant_are_those_designed_only_with_damping():
     assert found[-1] == (pytest.approx(28.3, abs=0.1), pytest.approx(0.34, abs=0.02))
 
 
+@pytest.mark.parametrize(
+    "controller, limit", [("pd", 0.11), ("pid", 0.12), ("lqg", 0.06), ("dob", 0.2), ("shaper", 7.0)]
+)
+def test_baselines_follow_with_the_feedforward_they_tell(controller, limit):
+    said = track(DRIVE, controller=controller, options=CENTRED).summary
+    assert said["peak_error_deg"] < limit, f"observed {said['peak_error_deg']:.4f} deg"
+    assert said["gains"]["feedforward"]
+    assert said["theory_bound_deg"] is None
+
+
 def test_friction_of_the_load_is_learnt_beside_the_cable(measured):
     """0.02 N m of Coulomb friction at the load: beta was 11 % low, and learning made the law worse."""
     rubbing = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.02"])
@@ -185,6 +195,14 @@ def test_a_flexible_joint_in_the_model_leaves_less_at_every_angle_and_rise(angle
     )
     measured(f"Model 3 {three['peak_error_deg']:.4f}, Model 4 {four['peak_error_deg']:.4f} deg")
     assert four["peak_error_deg"] < three["peak_error_deg"]
+
+
+def test_table_and_picture_of_a_run_hold_its_error():
+    found = track(DRIVE, controller="pd", options=CENTRED, motion=SHORT)
+    table, figure = found.to_dataframe(), found.plot()
+    assert np.degrees(table["error"].abs().max()) == pytest.approx(found.summary["peak_error_deg"])
+    np.testing.assert_array_equal(table.index, found.time)
+    assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(np.degrees(found.error.max()))
 
 
 def test_without_a_load_encoder_the_stretch_under_the_loads_friction_is_not_seen():

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,14 +10,14 @@ import pytest
 from cabledrive.control.observers import KalmanTuning
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
+from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, natural_frequencies_of
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
 from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers, plant_chain
-from cabledrive.rig.laws.load_learning import TURNING, load_learning
+from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_learning
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.plant_samples import sampled_chain
 from cabledrive.rig.setting import Spreads
@@ -254,3 +255,13 @@ def test_the_file_of_a_law_that_learns_makes_its_columns_sample_by_sample(name, 
     assert gap < 1e-9
     assert moved < 1e-9
     assert found.summary["gains"]["file"] == str(path)
+
+
+def test_bounds_after_learning_are_its_intervals_about_what_was_learnt():
+    chain = lumped_model(DRIVE, 4)
+    half = np.array([1e-4, 2e-3, 5e-3, 4e-3])
+    values = np.array([1.0, 1.0, sum(chain.coulomb), 1.0])
+    motor = SimpleNamespace(values=values, intervals=np.array([values - half, values + half]))
+    found = learnt_bounds(chain, SimpleNamespace(motor=motor, motor_excited=True))
+    np.testing.assert_allclose(found.high - found.nominal, half, rtol=1e-9)
+    np.testing.assert_allclose(found.nominal - found.low, half, rtol=1e-9)

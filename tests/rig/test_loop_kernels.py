@@ -7,6 +7,7 @@ import cabledrive as cd
 from cabledrive.control.observers import FlankLaw
 from cabledrive.rig import Motion
 from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act
+from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, see_chain
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
 from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, new_plant_state, plant_step, sense_pair
 from cabledrive.rig.front_door import own_law
@@ -14,6 +15,21 @@ from cabledrive.rig.laws.controllers import DesignSpec
 
 pytestmark = pytest.mark.kernel
 SHORT = Motion(angle=0.05, rise=0.02, dwell=0.002)
+
+
+def test_an_eccentric_encoder_shows_the_load_off_by_its_sine():
+    loop = short_loop()
+    state = loop_at_rest(loop)
+    state.x[:] = 0.1 * np.arange(1.0, state.x.size + 1.0)
+    eccentric = loop.plant._replace(eccentricity=2e-3, turning=2.0, phases=np.array([0.0, 0.0, 0.4]))
+    see_chain(loop.plant, 10.0, state)
+    np.testing.assert_array_equal(state.work[: state.x.size], state.x)
+    assert see_chain(eccentric, 10.0, state) == 0
+    off = state.work[: state.x.size] - state.x
+    assert off[2] == pytest.approx(2e-3 * np.sin(2.0 * 0.3 + 0.4), rel=1e-12)
+    assert np.count_nonzero(off) == 1
+    assert see_chain(loop.plant, 0.2, state) == DIVERGED
+    assert see_chain(loop.plant._replace(twist_limit=0.05), 10.0, state) == WENT_SLACK
 
 
 def short_loop():

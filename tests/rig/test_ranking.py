@@ -16,6 +16,7 @@ from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import (
     closed_loop,
     margins_of,
+    rounding_part,
     sampled_controller,
     sampled_plant,
     torque_parts,
@@ -143,6 +144,20 @@ def test_every_gain_and_phase_in_the_disk_leaves_the_loop_stable(overrides):
     phase = 2.0 * np.arctan(half)
     assert phase <= found.phase
     assert stable_with(loop, np.exp(-1j * phase))
+
+
+def test_rounding_of_a_shaft_that_passes_ten_counts_a_period_is_noise_and_smaller():
+    closed = loop()
+    limit = 10.0 * closed.rig.counts.max() * closed.controller.bandwidth / (2.0 * np.pi)
+
+    def at(speed):
+        reference = closed.controller.reference.copy()
+        reference[:, -2] = speed
+        moved = replace(closed, controller=replace(closed.controller, reference=reference))
+        return rounding_part(moved, *closed_loop(sampled_controller(moved), sampled_plant(moved))[:2])[-1]
+
+    assert at(1.01 * limit) < 0.8 * at(0.0)
+    assert at(1.01 * limit) == at(100.0 * limit)
 
 
 def test_friction_of_unknown_sign_costs_more_by_all_of_it_where_the_law_counts_on_it():

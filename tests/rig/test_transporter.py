@@ -181,6 +181,15 @@ def test_shaper_starts_with_the_motion_and_ends_with_it_later():
     assert late == pytest.approx(0.5 / 0.995 + 0.5 / 9.1, rel=0.03)
 
 
+def test_one_bandwidth_gives_the_weights_that_were_chosen_by_hand():
+    """The weights of the section on the transporter are those of 6.7 Hz, within 15 %."""
+    found = transporter.tuning_for(MACHINE, 2.0 * np.pi * 6.7, interval=INTERVAL, count=one_count(DRIVE))
+    chosen = transporter.TransporterTuning()
+    for name in ("force", "stretching"):
+        ratio = getattr(found, name) / getattr(chosen, name)
+        assert ratio == pytest.approx(1.0, abs=0.15), f"{name}: observed {ratio:.3f}"
+
+
 @pytest.mark.kernel
 def test_a_run_is_its_samples_one_after_another():
     """Readings in whole counts, force of the law, log, internal steps; it ends where a strand goes slack."""
