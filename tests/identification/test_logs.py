@@ -392,9 +392,11 @@ TEST = BENCH_TESTS[1]
 def path(tmp_path):
     rng = np.random.default_rng(5)
     log = run_rig(bench_rig(TEST), bench_command(TEST, rng), rng)
+    torque = np.append(np.zeros(3), log.channel("torque")[:-3])  # late by three samples
+    torque[52_000] = 80.0
     columns = {
         "time [s]": log.time,
-        "torque [N m]": np.append(np.zeros(3), log.channel("torque")[:-3]),  # late by three samples
+        "torque [N m]": torque,
         "angle [rad]": log.channel("angle"),
     }
     parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
@@ -405,7 +407,7 @@ def path(tmp_path):
 def test_a_log_is_read_in_blocks_with_progress(path, kind, torque, end, monkeypatch):
     """No more is held than a block: the parameters of the whole, a line for every block of a text.
 
-    The instant of the torque is found in the first.
+    The instant of the torque is found in the first, a wrong sample replaced in each.
 
     Apart from filter ends and the bandwidth of the first block: within half a standard error.
     """
@@ -426,6 +428,7 @@ def test_a_log_is_read_in_blocks_with_progress(path, kind, torque, end, monkeypa
     assert blocks.reports[0].rows == pytest.approx(rows, abs=1)
     assert len(lines) == blocks.method["blocks"] > 2
     assert lines[-1].startswith(f"{path.name}: {last} rows")
+    assert "outliers" in blocks.codes
     assert blocks.method["torque_shift"] == pytest.approx(5e-4 if torque == "held" else -3e-3, abs=2e-5)
     for name, estimate in whole.parameters.items():
         off = abs(blocks[name] - estimate.value) / estimate.standard_error

@@ -9,12 +9,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from cabledrive.identification import estimates
-from cabledrive.identification.axis.answer import IdentifyOptions, answer, timed
-from cabledrive.identification.axis.axis import AxisOptions, Rows, axis_of
+from cabledrive.identification.axis.answer import IdentifyOptions, answer, timed, without_outliers
+from cabledrive.identification.axis.axis import AxisOptions, Rows, axis_of, channels_of
 from cabledrive.identification.axis.check import NOT_MADE
 from cabledrive.identification.axis.equation import FILTERS, FRICTIONS, PRINTED_SLOPE, FrictionModel, settling
 from cabledrive.identification.axis.timing import TIMINGS, given_timing, timing_of
-from cabledrive.identification.estimates import Factors, Identification
+from cabledrive.identification.estimates import Factors, Finding, Identification
 from cabledrive.identification.logs.log import BLOCK_ROWS, DataReport, Log, column_map
 from cabledrive.identification.logs.reading import MOST_VALUES, Recording, checked_log, open_log, read_log
 from cabledrive.identification.two_inertia import NAME as TWO_INERTIA
@@ -42,22 +42,23 @@ def identify_long_log(
     """One rigid axis by blocks, memory not growing; the first gives bandwidth, count and torque's instant."""
     options, axis, every, reach = options or IdentifyOptions(), None, 1, [0]
     known = options.torque != "found"
-    parts: list[Factors] = []
-    reports: list[DataReport] = []
+    parts, reports, findings = list[Factors](), list[DataReport](), list[Finding]()
     squares, used, rows, still = np.zeros(1), 0, 0, 0
     for block, fresh in _checked_blocks(recording, reach, progress):
         rows += fresh
         if any(np.ptp(values[-fresh:]) == 0.0 for values in block.channels.values()):
             still += fresh
             continue
+        block = without_outliers(block, channels_of(block)[0], findings)
         if axis is None:
             axis = axis_of([block], replace(options.axis, lag=not known))
             timing = given_timing(options.torque, axis.interval) if known else timing_of(axis)
+        (block,) = timing.moved(replace(axis, logs=(block,))).logs
+        if not parts:
             axis = axis.with_kink(_factors(axis.rows_of(block)))
             bandwidth = axis.equation.bandwidth
             every = max(1, int(0.1 / (bandwidth * block.interval)))
             reach[0] = 2 * settling(bandwidth, block.interval)
-        (block,) = timing.moved(replace(axis, logs=(block,))).logs
         found = axis.rows_of(block, every)
         parts.append(_factors(found))
         squares = squares + (found.regressors**2).sum(axis=0)
@@ -70,8 +71,9 @@ def identify_long_log(
     found_all = axis.answer(
         estimates.suited_segments(estimates.joined(parts)), np.sqrt(squares / used), 0.5 * axis.interval
     )
+    found_all = timed(replace(found_all, findings=(*findings, *found_all.findings)), timing)
     whole = _whole(reports, rows - still, still)
-    return replace(timed(found_all, timing).noting(blocks=len(reports)), reports=(whole,))
+    return replace(found_all.noting(blocks=len(reports)), reports=(whole,))
 
 
 def _factors(rows: Rows) -> Factors:

@@ -78,7 +78,7 @@ def answer(logs: Sequence[Log], options: IdentifyOptions) -> Identification:
     """Identify one axis from logs in memory; `NotComputed` if an asked method does not follow them."""
     known, torque = options.torque != "found", channels_of(logs[0])[0]
     findings: list[Finding] = []
-    cleaned = [_without_outliers(log, torque, findings) for log in logs]
+    cleaned = [without_outliers(log, torque, findings) for log in logs]
     axis = axis_of(cleaned, replace(options.axis, lag=not known))
     timing = given_timing(options.torque, axis.interval) if known else timing_of(axis)
     drift = 0.0
@@ -115,7 +115,7 @@ def answer(logs: Sequence[Log], options: IdentifyOptions) -> Identification:
     return replace(found, reports=tuple(log.report for log in logs))
 
 
-def _without_outliers(log: Log, torque: str, findings: list[Finding]) -> Log:
+def without_outliers(log: Log, torque: str, findings: list[Finding]) -> Log:
     """A log with single samples far out of range replaced by straight lines; adds what was found."""
     values, places = log.channel(torque), np.arange(len(log))
     size = np.abs(values - np.median(values))
