@@ -14,7 +14,7 @@ from cabledrive.mechanics import derived_quantities, drive_warnings
 from cabledrive.mechanics.datasheet import no_slip_torque
 from cabledrive.mechanics.holding import lumped_joint_mode, span_stiffness
 from cabledrive.mechanics.spans import lumped_cable_mode
-from cabledrive.parameters import Carriage, InputRefused, Layout, load_drive, packaged_drives
+from cabledrive.parameters import Carriage, InputRefused, Layout, NotComputed, load_drive, packaged_drives
 from drive_strategies import drives
 from oracles.catenary import catenary_sag
 
@@ -100,7 +100,12 @@ def test_sheet_and_warnings_of_any_drive_are_finite_and_plain(drive):
         with suppress(InputRefused):  # refused as no size of a machine, or far enough from where it shows
             derived_quantities(drive)
         return
-    sheet = derived_quantities(drive).as_dict()
+    try:
+        sheet = derived_quantities(drive).as_dict()
+    except NotComputed:  # no state of rest is found of a rope that hardly pulls at all
+        weight = drive.cable.mass_per_length * drive.span_length * drive.layout.gravity
+        assert weight > 1e3 * drive.cable.pretension
+        return
     assert all(isfinite(value) for key, value in sheet.items() if key != "reasons" and value is not None), (
         sheet
     )
