@@ -234,8 +234,7 @@ def counted(t: Table, lanes: Lanes) -> Array:
     .. [1] W. H. Wittrick and F. W. Williams, A general algorithm for computing natural frequencies of elastic
        structures, Quart. J. Mech. Appl. Math. 24 (1971) 263-284.
     """
-    most = max(1, TOGETHER // t.first.size)
-    if lanes.omega.size > most:
+    if lanes.omega.size > (most := max(1, TOGETHER // t.first.size)):
         parts = range(0, lanes.omega.size, most)
         return np.concatenate([counted(t, lanes.take(slice(first, first + most))) for first in parts])
     with np.errstate(all="ignore"):
@@ -252,12 +251,13 @@ def counted(t: Table, lanes: Lanes) -> Array:
         from scipy.linalg import eigvals_banded  # few machines wait for it
 
         for lane in bad:
+            own, root = band[..., lane].T.copy(), np.sqrt(np.abs(band[:, 0, lane]))
+            for d in range(t.width + 1):  # to diagonals of one, which moves no sign
+                own[d, : t.size - d] /= root[: t.size - d] * root[d:]
             try:
-                values = eigvals_banded(band[..., lane].T, lower=True)
+                values = eigvals_banded(own, lower=True)
             except (np.linalg.LinAlgError, ValueError):  # the second of what is not finite
-                raise NotComputed(
-                    "modes cannot be counted: stiffnesses and masses of the machine lie too far apart"
-                ) from None
+                raise NotComputed("modes cannot be counted: stiffness and mass lie too far apart") from None
             found[lane] = int(np.sum(values < 0.0)) + hidden[lane]
     return found
 
