@@ -27,7 +27,7 @@ from cabledrive.parameters.arrays import Array, Complex
 
 NOT_MADE = {
     "saturated": "not made: the torque saturates, so the torque on the axis is not known",
-    "long": "not made: the log is read in blocks",
+    "long": "not made, nor a test of two clocks: the log is read in blocks",
     "parameters": "not made: inertia and friction are not identifiable from the log",
 }
 MATERIAL = 0.7
