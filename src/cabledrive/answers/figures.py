@@ -81,9 +81,8 @@ class Row(NamedTuple):
     key: str  # where it is, inside parts behind points
     words: str
     unit: str = ""  # in which it is shown; of a quantity that of the value
-    form: str | int | Callable[[Any], str] = (
-        ".4g"  # a format, digits of a `number`; "d": a count; "": `quantity`
-    )
+    # a format, or digits of a `number`, or what makes the words; "d": a count; "": a `quantity`
+    form: str | int | Callable[[Any], str] = ".4g"
     scale: float = 1.0  # from the result's own unit
     kind: str = "number"  # in JSON, see `Keys`
     none: str = ""  # what stands in a table where there is none
@@ -93,7 +92,7 @@ class Row(NamedTuple):
         return reduce(part_of, self.key.split("."), data)
 
     def text(self, value: Any) -> str:
-        """The value without its unit."""
+        """The value as it stands in a column, whose head has the unit; a quantity has its own."""
         if value is None:
             return self.none
         if callable(self.form):
@@ -104,20 +103,16 @@ class Row(NamedTuple):
             return value
         if isinstance(value, list | tuple):
             return " and ".join(map(self.full, value))
+        if self.form == "":
+            return quantity(value, self.unit)
         if isinstance(self.form, int):
             return number(self.scale * value, self.form)
         return format(self.scale * value, ".0f" if self.form == "d" else self.form)
 
     def full(self, value: Any) -> str:
         """The value with its unit."""
-        plain = isinstance(value, bool | str | list | tuple)
-        if self.form == "" and not plain:
-            return quantity(value, self.unit)
+        plain = self.form == "" or isinstance(value, bool | str | list | tuple)
         return self.text(value) if plain else f"{self.text(value)} {self.unit}".rstrip()
-
-    def cell(self, value: Any) -> str:
-        """The value as it stands in a column, whose head has the unit."""
-        return self.full(value) if self.form == "" and value is not None else self.text(value)
 
 
 def part_of(data: Any, key: str) -> Any:

@@ -83,6 +83,10 @@ LOOP = Keys(
     },
     also=(SUMMARY,),
 )
+OF_ROUTES = Keys(
+    "* nearest_span detuning verdict reasons motor certified warnings=left_out",
+    of=RouteResonance,
+)
 ROUTE = Keys(
     "number: tuned_pretension rows: pairs object: motion?",
     {"tuned_pretension": "on a machine with routes the tensions follow from statics"},
@@ -90,12 +94,7 @@ ROUTE = Keys(
         "pairs": Keys("number: second_transverse_hz?", also=(ROUTE_PAIR,)),
         "motion": Keys("text: motor count: poses rows: passages", parts={"passages": PASSAGE}, also=(ALARM,)),
     },
-    also=(
-        Keys(
-            "* nearest_span detuning verdict reasons motor certified warnings=left_out",
-            of=RouteResonance,
-        ),
-    ),
+    also=(OF_ROUTES,),
 )
 
 
@@ -198,7 +197,7 @@ def route_answer(
     if motion_file is not None:
         judged = route_alarm(drive, read_motion(motion_file, drive), floor=floor, limit=limit)
         found = of_motion(found, judged)
-    data = ROUTE(ROUTE.also[0](found) | {"tuned_pretension": None})
+    data = ROUTE(OF_ROUTES(found) | {"tuned_pretension": None})
     data["pairs"] = [pair_data(pair) for pair in found.pairs]
     parts = _summary(drive, found, "No pair lies within 10 % (1:2) or 5 % (sum) of resonance.")
     parts.insert(2, f"Motor {found.motor}; nearest is the first transverse mode of {found.nearest_span}.")

@@ -242,7 +242,7 @@ def counted(t: Table, lanes: Lanes) -> Array:
         band = bands(t, lanes.omega, w, late)
         found, bad, wide = np.zeros(hidden.shape), np.arange(hidden.size), np.result_type(band, np.longdouble)
         for kind, turned in ((band.dtype, False), (band.dtype, True), (wide, False), (wide, True)):
-            own = band[..., bad].astype(kind)
+            own = band[..., bad].astype(kind, copy=False)
             negative, growth = negative_pivots(turned_round(own) if turned else own)
             found[bad] = negative + hidden[bad]
             bad = bad[~(growth <= GROWTH * np.finfo(band.dtype).eps / np.finfo(kind).eps)]

@@ -154,10 +154,15 @@ def table(
 
 def listed(caption: Text, rows: Sequence[Row], things: Iterable[Any], note: Text = "") -> Table:
     """A table with a line for each thing, of the figures that results declare."""
-    units = ("" if row.form == "" else row.unit for row in rows)
-    numeric = (row.kind.startswith(("number", "count")) for row in rows)
-    heads = [Column(title=r.words, unit=u, numeric=n) for r, u, n in zip(rows, units, numeric, strict=True)]
-    cells = tuple(tuple(row.cell(row.of(thing)) for row in rows) for thing in things)
+    heads = [
+        Column(
+            title=row.words,
+            unit="" if row.form == "" else row.unit,  # a quantity has its own
+            numeric=row.kind.startswith(("number", "count")),
+        )
+        for row in rows
+    ]
+    cells = tuple(tuple(row.text(row.of(thing)) for row in rows) for thing in things)
     return Table(caption=caption, columns=tuple(heads), groups=(RowGroup(rows=cells),), note=note)
 
 

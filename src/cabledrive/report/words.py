@@ -120,7 +120,7 @@ def modes_table(found: Modes, across: int | None = None) -> Table:
 
 def modes_text(found: Modes) -> str:
     """Table of the modes and the certificate below it."""
-    return "\n".join([table_text(modes_table(found)), "", certificate_line(found), *remarks(found)])
+    return "\n".join([table_text(modes_table(found)), "", certificate_line(found), *_remarks(found)])
 
 
 def certificate_line(found: Modes) -> str:
@@ -134,14 +134,14 @@ def certificate_line(found: Modes) -> str:
     return f"NOT complete: {held} exist up to {proof.below:.8g} Hz; the list lacks some of them."
 
 
-def remarks(found: Modes) -> Iterator[str]:
+def _remarks(found: Modes) -> Iterator[str]:
     """What the rows do not show."""
     proof = found.certificate
     reached = ((LONGITUDINAL, proof.longitudinal_below), (TRANSVERSE, proof.transverse_below))
     for kind, below in reached:
         if any(mode.frequency > proof.below for mode in found.modes if mode.kind == kind):
             yield f"{kind.capitalize()} modes alone are listed up to {below:.8g} Hz."
-    yield from (f"Transverse modes: {line}." for line in [models_of(found)] if line)
+    yield from (f"Transverse modes: {line}." for line in [_models(found)] if line)
     yield from (f"Warning: {line}." for line in found.warnings)
     yield from rigid_words(found)
 
@@ -151,7 +151,7 @@ def rigid_words(found: Modes) -> list[str]:
     return [f"Rigid-body modes not listed: {found.rigid_body_modes}."] if found.rigid_body_modes else []
 
 
-def models_of(found: Modes) -> str:
+def _models(found: Modes) -> str:
     """What the cable is taken for in each plane."""
     planes = (
         (plane, sorted({m.model or "" for m in found.transverse if m.plane == plane})) for plane in "wv"

@@ -118,10 +118,8 @@ def resonance_chapter(result: StudyResult) -> Chapter:
     found = result.resonance
     tone = "warning" if found.refuses or found.alarm == "unknown" else VERDICTS[found.verdict]
     figures = [row for row in chain(*figures_of(ResonanceSummary).values()) if row.key in SHOWN_FIGURES]
-    rows = [
-        (row.words, row.cell(row._replace(key=row.key.removesuffix("_hz")).of(found)) or "none")
-        for row in figures
-    ]
+    values = ((row, getattr(found, row.key.removesuffix("_hz"))) for row in figures)
+    rows = [(row.words, row.text(value) or "none") for row, value in values]
     rows.append(("Largest torque of the motion", quantity(found.torque, "N m", 4)))
     ripple = "Assumed ripple at the pulley mode's frequency, a twentieth of it"
     rows.append((ripple, quantity(found.ripple, "N m", 3)))
