@@ -1,11 +1,13 @@
-"""Random networks; machines with routes, of the tests' own files and made of drives with two pulleys."""
+"""Random networks, loops and lines that hang; machines with routes, of the tests' own files and of drives."""
 
 from dataclasses import replace
+from math import radians
 from pathlib import Path
 
 import numpy as np
 
 import cabledrive as cd
+from cabledrive.mechanics import rest_state
 from cabledrive.modal import elements
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, Wave
@@ -173,3 +175,43 @@ def printer_belt(counts, lumped=False):
             mass[pair] += density * length / count * own
     mass[starts[:4], starts[:4]] += [0.35, (1.6e-7 + 54e-7) / 6.366e-3**2, 3e-8 / 4e-3**2, 3e-8 / 4e-3**2]
     return mass, stiffness, starts
+
+
+def hanging_drive(rng, *, vertical=False, heaviest=1.0, most=2, deepest=0.2):
+    """Line or loop, small pulleys, any slope, load, carriages; ``deepest``: sag over length of a section."""
+    while True:
+        kind = str(rng.choice(["loop", "line"]))
+        tension, length = 10 ** rng.uniform(1, 4), 10 ** rng.uniform(-0.5, 2)
+        weight = 10 ** rng.uniform(-3, -0.7) * tension
+        slope = float(rng.choice([-90.0, 90.0])) if vertical else float(rng.uniform(-75, 75))
+        carriages = tuple(
+            cd.Carriage(
+                mass=weight / 9.81 * rng.uniform(0.1, heaviest),
+                span=str(rng.choice(["upper", "lower"] if kind == "loop" else ["upper"])),
+                position=length * (i + rng.uniform(0.2, 0.8)) / 3,
+                guided=bool(rng.integers(2)),
+            )
+            for i in range(rng.integers(0, most + 1))
+        )
+        rim = weight / 9.81 * 10 ** rng.uniform(-0.5, 2) * 1e-5**2
+        drive = cd.Drive(
+            schema=1,
+            name="machine",
+            kind=kind,
+            cable=cd.Cable(
+                youngs_modulus=1e9,
+                area=tension * 10 ** rng.uniform(2, 3.3) / 1e9,
+                mass_per_length=weight / 9.81 / length,
+                pretension=tension,
+            ),
+            layout=cd.Layout(span_length=length, inclination=radians(slope), gravity=9.81),
+            pulley=(
+                cd.Pulley(radius=1e-5, inertia=rim),
+                cd.Pulley(radius=1e-5, inertia=rim * 10 ** rng.uniform(-1, 1), fixed=bool(rng.integers(2))),
+            ),
+            carriage=carriages,
+        )
+        rest = rest_state(drive)
+        taut = rest.lowest_tension > 0.05 * tension
+        if taut and max(section.sag_ratio for section in rest.sections) < deepest:
+            return drive

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cable_elements import random_machine
 from cabledrive.mechanics.network import network_of, statics_of
 from cabledrive.mechanics.network.assembly import dynamic_stiffness, machine_response
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
-from network_samples import route
+from network_samples import hanging_drive, route
 from oracles.network_fem import matrices
 from oracles.route_fem import Kinematics, system
 
@@ -173,7 +172,7 @@ def test_random_loops_and_lines_hang_in_catenaries_of_their_lengths(measured):
     """Sloping, vertical, with carriages: integrated from the force at the start of each span."""
     rng, worst = np.random.default_rng(2026), []
     for number in range(60):
-        drive = random_machine(rng, vertical=number % 6 == 0)
+        drive = hanging_drive(rng, vertical=number % 6 == 0)
         worst.append(error_at_rest(as_machine(replace(drive, motor=cd.Motor(inertia=1e-3)))))
     measured(f"{len(worst)} machines: {max(worst):.1e}, median {np.median(worst):.1e}")
     assert max(worst) < 1e-9, worst

@@ -9,12 +9,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import cabledrive as cd
-from cable_elements import random_machine
 from cabledrive.mechanics import rest_state
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import gradients, mesh_of
 from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.mechanics.statics import equilibrium
+from network_samples import hanging_drive
 
 
 def divided_tensions(drive, segments):
@@ -37,7 +37,7 @@ def divided_tensions(drive, segments):
 def test_tension_at_rest_is_the_limit_of_the_divided_cable(seed):
     """Weights, carriages held and hanging, slopes, fixed and free pulleys, spans that sag deep."""
     rng = np.random.default_rng(seed)
-    drive = random_machine(rng, heaviest=2.0, most=3, deepest=np.inf)
+    drive = hanging_drive(rng, heaviest=2.0, most=3, deepest=np.inf)
     coarse, fine = divided_tensions(drive, 200), divided_tensions(drive, 400)
     limit = fine + (fine - coarse) / 3
     found = np.array([stretch.mean_tension for stretch in rest_state(drive).stretches])

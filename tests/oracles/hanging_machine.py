@@ -1,115 +1,138 @@
-"""A rope over wheels and to bodies as one divided cable: every span about its exact elastic catenary.
+"""Machines whose ropes hang: every span by polynomials of high order about its exact elastic catenary.
 
-Straight elements between nodes in the plane; a wheel's rim moves its ends along the rope's own direction
-where it leaves. Shared with the package: the file's numbers and the pull along the chord of each span.
+Places on a rope are functions of the unstretched length from the start of a part, between two of the joints
+that its carriages are; a wheel's rim moves an end along the rope's own direction there. Shared with the
+package: the file's numbers and the pull along the chord at the start of each span.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import root
 
-GAUSS = np.polynomial.legendre.leggauss(8)
+from oracles.network_fem import shape_functions
+from oracles.route_fem import Kinematics, solid_parts, span_frames, weight_of
 
 
-def catenary(rigidity, weight, chord, pull, elements, weights=()):
-    """Nodes, shape (m + 1, 2), lengths at rest, tensions, and unit vectors at both ends.
+@dataclass(frozen=True)
+class Part:
+    """A piece of rope in the frame of its chord: length at rest, force at its start, weight of a metre."""
 
-    ``weight``: vector per unstretched length; ``pull``: force along the chord at the start; ``weights``: of
-    what hangs on it, as (share of the chord, force vector), at nodes of their own.
+    length: float
+    force: np.ndarray
+    weight: np.ndarray
+    rigidity: float
+
+    def at(self, share):
+        """Direction, shape (n, 2), tension and stretch, shape (n,), at shares of the length."""
+        force = self.force - np.outer(self.length * np.atleast_1d(share), self.weight)
+        tension = np.hypot(*force.T)
+        return force / tension[:, None], tension, 1.0 + tension / self.rigidity
+
+    def chord(self):
+        """From its start to its end."""
+        points, weights = np.polynomial.legendre.leggauss(60)
+        direction, _, stretch = self.at((1.0 + points) / 2.0)
+        return 0.5 * self.length * (weights * stretch) @ direction
+
+
+def catenary(rope, size, gravity, pull, hung, keeps):
+    """Parts of a rope whose ends lie on its chord, of length ``size``, and its force at the end.
+
+    ``gravity``, shape (2,), in the frame of the chord; ``pull``: force along it at the start; ``hung``:
+    share of the chord, mass, and whether it is guided, of each carriage: what guides one bears all across.
+    ``keeps``: whether parts have the lengths of a straight rope, else those that reach from end to end.
     """
-    size = np.hypot(*chord)
-    along = chord / size
-    across = np.array([-along[1], along[0]])
-    shares = np.array([0.0, *(share for share, _ in weights), 1.0])
-    counts = np.maximum(2, np.rint(np.diff(shares) * elements)).astype(int)
+    shares = np.array([*(one[0] for one in hung), 1.0])
+    guided = np.array([*(one[2] for one in hung), True])
+    held = np.sum(guided)
+    straight = size * np.diff(shares, prepend=0.0) / (1.0 + (rope.pretension or pull) / rope.axial_rigidity)
 
-    def walk(unknown):
-        """From the start, with the force across there and the lengths at rest of the parts."""
-        force, at = pull * along + unknown[0] * across, np.zeros(2)
-        nodes, parts, tensions, ends, first = [at], [], [], [], force
-        for number, (count, length) in enumerate(zip(counts, unknown[1:], strict=True)):
-            h = length / count
-            for _ in range(count):
-                s = h * (1 + GAUSS[0]) / 2
-                inner = force[:, None] - weight[:, None] * s
-                tension = np.hypot(*inner)
-                at = at + (inner / tension * (1 + tension / rigidity)) @ GAUSS[1] * h / 2
-                tensions.append(np.hypot(*(force - weight * h / 2)))
-                force = force - weight * h
-                nodes.append(at)
-                parts.append(h)
-            ends.append(at)
-            if number < len(weights):
-                force = force - weights[number][1]
-        return np.array(nodes), np.array(parts), np.array(tensions), ends, (first, force)
+    def parts_of(unknown):
+        parts, jumps = [], iter(pull * unknown[:held])
+        force = np.array([pull, next(jumps)])
+        factors = np.ones(shares.size) if keeps else unknown[held:]
+        for length, (_, mass, is_held) in zip(factors * straight, [*hung, (1.0, 0.0, False)], strict=True):
+            parts.append(Part(length, force, rope.density * gravity, rope.axial_rigidity))
+            force = force - (length * rope.density + mass) * gravity
+            force[1] = next(jumps) if is_held else force[1]
+        return parts, force
 
     def miss(unknown):
-        ends = walk(unknown)[3]
-        missing = [(end @ along) / size - share for end, share in zip(ends, shares[1:], strict=True)]
-        return [*missing, ends[-1] @ across / size]
+        ends = np.cumsum([part.chord() for part in parts_of(unknown)[0]], axis=0) / size
+        return [*ends[guided, 1], *([] if keeps else ends[:, 0] - shares)]
 
-    load = weight * size + sum((force for _, force in weights), np.zeros(2))
-    guess = [0.5 * load @ across, *(np.diff(shares) * size / (1 + pull / rigidity))]
-    solved = root(miss, guess, tol=1e-13)
-    assert np.max(np.abs(solved.fun)) < 1e-11
-    nodes, parts, tensions, _, (first, last) = walk(solved.x)
-    return nodes, parts, tensions, first / np.hypot(*first), last / np.hypot(*last), np.cumsum([0, *counts])
+    load = rope.density * size + sum(one[1] for one in hung)
+    across = 0.5 * load / held * gravity[1] / pull * np.ones(held)
+    found = root(miss, [*across, *([] if keeps else np.ones(shares.size))], tol=1e-13)
+    assert np.max(np.abs(found.fun)) < 1e-11
+    return parts_of(found.x)
 
 
-def settled(span, elements):
-    """The catenary of a span whose ends lie on their wheels where it leaves them."""
-    directions = [np.array(span["chord"]) / np.hypot(*span["chord"])] * 2
-    load = span["density"] * np.array(span["gravity"])
-    hung = [(one[0], np.array(one[1])) for one in span["hung"]]
-    for count in (*(4,) * 8, elements):  # the rope at rest does not depend on its division
-        ends = [
-            np.array(centre) - reach * np.array([-t[1], t[0]])  # reach: radius times sense
-            for (centre, reach), t in zip((span["start"], span["end"]), directions, strict=True)
-        ]
-        found = catenary(span["rigidity"], load, ends[1] - ends[0], span["pull"], count, hung)
-        directions = [found[3], found[4]]
-    return found
+def settled(drive, frame, pull, hung, keeps):
+    """Along and across the chord of a span, directions in which rims move its ends, and its parts.
 
-
-def frequencies(spans, mass, stiffness, elements):
-    """Natural frequencies [Hz], ascending.
-
-    ``spans``: dicts of rigidity, density, gravity, chord, pull, start and end (centre, radius times sense),
-    start_rows and end_rows, shape (2, n), of the centres, start_turn and end_turn, shape (n,), of the rims,
-    hung (share of the chord, force vector, mass).
+    Its ends lie on their wheels where it leaves them, or, if it ``keeps``, where a straight one would.
     """
-    n = mass.shape[0]
-    blocks = []
-    for span in spans:
-        blocks.append((span, *settled(span, elements)))
-    total = n + sum(2 * (block[1].shape[0] - 2) for block in blocks)
-    m, k = np.zeros((total, total)), np.zeros((total, total))
-    m[:n, :n], k[:n, :n] = mass, stiffness
-    one, at = np.eye(2), n
-    for span, nodes, parts, tensions, near, far, places in blocks:
-        count = nodes.shape[0]
-        rows = np.zeros((2 * count, total))
-        rows[2:-2, at : at + 2 * (count - 2)] = np.eye(2 * (count - 2))
-        at += 2 * (count - 2)
-        rows[:2, :n] = span["start_rows"] + np.outer(near, span["start_turn"])
-        rows[-2:, :n] = span["end_rows"] + np.outer(far, span["end_turn"])
-        local_m, local_k = np.zeros((2 * count, 2 * count)), np.zeros((2 * count, 2 * count))
-        for i in range(count - 1):
-            d = nodes[i + 1] - nodes[i]
-            size = np.hypot(*d)
-            t = np.outer(d, d) / size**2
-            block = span["rigidity"] / parts[i] * t + tensions[i] / size * (one - t)
-            own = np.ix_(range(2 * i, 2 * i + 4), range(2 * i, 2 * i + 4))
-            local_k[own] += np.block([[block, -block], [-block, block]])
-            local_m[own] += span["density"] * parts[i] / 6 * np.block([[2 * one, one], [one, 2 * one]])
-        for place, hung in zip(places[1:-1], span["hung"], strict=True):
-            local_m[2 * place : 2 * place + 2, 2 * place : 2 * place + 2] += hung[2] * one
-        m += rows.T @ local_m @ rows
-        k += rows.T @ local_k @ rows
-    return np.sqrt(np.maximum(eigh(k, m, eigvals_only=True), 0.0)) / (2 * np.pi)
+    first, last, along, _, number = frame
+    directions = along, along
+    for _ in range(1 if keeps else 9):
+        ends = [
+            np.array(place[0]) - place[2] * np.array([-direction[1], direction[0]])
+            for place, direction in zip((first, last), directions, strict=True)
+        ]
+        chord = ends[1] - ends[0]
+        size = np.hypot(*chord)
+        axes = np.array([chord, [-chord[1], chord[0]]]) / size
+        parts, end = catenary(drive.ropes[number], size, axes @ weight_of(drive), pull, hung, keeps)
+        if not keeps:
+            directions = [force / np.hypot(*force) @ axes for force in (parts[0].force, end)]
+    return axes, directions, parts
 
 
-def extrapolated(spans, mass, stiffness, *, elements, count):
-    """The first frequencies, the error of second order taken out."""
-    coarse, fine = (frequencies(spans, mass, stiffness, e)[:count] for e in (elements, 2 * elements))
-    return (4 * fine - coarse) / 3
+def frequencies(drive, pulls, *, keeps=False, degree=26):
+    """Natural frequencies [Hz] in the plane and out of it, ascending.
+
+    ``pulls``: of each span along its chord [N]; ``keeps``: as of a loop or line, whose parts keep their
+    unstretched lengths and whose rims move the rope along the chord.
+    """
+    kin = Kinematics(drive)
+    values, slopes, weights, points = shape_functions(degree)
+    n = kin.size + 3 * len(drive.carriage)  # along, across, out of the plane
+    spans = list(zip(span_frames(drive), pulls, strict=True))
+    bubbles = np.arange(n, n + 3 * (degree - 1) * (len(spans) + len(drive.carriage)))
+    total = n + bubbles.size
+    unit, inner = np.eye(total), iter(bubbles.reshape(-1, degree - 1, 3))
+    m, k = (np.pad(own, (0, total - kin.size)) for own in solid_parts(drive, kin))
+    for number, (frame, pull) in enumerate(spans):
+        own = sorted(
+            (place / frame[3], one.mass, one.guided, kin.size + 3 * i)
+            for i, (one, (at, place)) in enumerate(zip(drive.carriage, drive.carriage_places, strict=True))
+            if at == number
+        )
+        axes, directions, parts = settled(drive, frame, pull, [one[:3] for one in own], keeps)
+        joints = []
+        for place, direction in zip(frame[:2], directions, strict=True):
+            moved = kin.slope(place[0], place[1]) + np.outer(direction, kin.rim(place))
+            joints.append(np.pad(axes @ moved, ((0, 1), (0, total - kin.size))))
+        for _, mass, guided, i in own:
+            joints.insert(-1, unit[i : i + 3] * [[1.0], [not guided], [not guided]])
+            m += mass * joints[-2].T @ joints[-2]
+        for part, near, far in zip(parts, joints[:-1], joints[1:], strict=True):
+            rows = np.concatenate(([near, far], unit[next(inner)])).reshape(-1, total)
+            direction, tension, stretch = part.at(points)
+            direction = np.pad(direction, ((0, 0), (0, 1)))
+            along = direction[:, :, None] * direction[:, None, :]
+            across = (tension / stretch)[:, None, None] * (np.eye(3) - along)
+            block = weights[:, None, None] / part.length * (part.rigidity * along + across)
+            stiff = np.einsum("iq,jq,qab->iajb", slopes, slopes, block, optimize=True)
+            k += rows.T @ stiff.reshape(len(rows), -1) @ rows
+            mass = drive.ropes[frame[4]].density * part.length * (values * weights) @ values.T
+            m += rows.T @ np.kron(mass, np.eye(3)) @ rows
+    outward = np.isin(np.arange(total), [*range(kin.size + 2, n, 3), *bubbles[2::3]])
+    used = np.diag(m) > 0.0
+    squares = (
+        eigh(k[own][:, own], m[own][:, own], eigvals_only=True) for own in (used & ~outward, used & outward)
+    )
+    return tuple(np.sqrt(np.maximum(square, 0.0)) / (2.0 * np.pi) for square in squares)

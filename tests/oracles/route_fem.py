@@ -24,8 +24,16 @@ class Kinematics:
         self.drive = drive
         self.moves = [(body.name, move) for body in drive.body for move in body.moves]
         self.turning = [pulley.name for pulley in drive.pulley if not pulley.fixed]
-        self.size = len(self.moves) + len(self.turning)
+        self.size, self.rotors = len(self.moves) + len(self.turning), []
+        for motor in drive.motor:
+            jointed = motor.joint_stiffness is not None
+            self.rotors.append(self.size if jointed else self.turns(motor.pulley or drive.pulley[0].name))
+            self.size += jointed
         self.bodies = {body.name: body for body in drive.body}
+
+    def turns(self, pulley):
+        """Number of the coordinate of a pulley that turns."""
+        return len(self.moves) + self.turning.index(pulley)
 
     def point(self, at, on, q):
         """Where a point of a body is, shape (2,)."""
@@ -59,6 +67,13 @@ class Kinematics:
                 rate[i] += name == on and move == "turn"
             on = self.bodies[on].on
         return rate
+
+    def rim(self, place):
+        """How far the rim at a place moves a rope along with each coordinate, shape (n,)."""
+        _, on, reach, name = place
+        if name in self.turning:
+            return reach * np.eye(self.size)[self.turns(name)]
+        return reach * self.turn(on)  # a guide turns with the body that carries it
 
     def second(self, force, at, on):
         """Second derivative of force times place, shape (n, n)."""
@@ -107,48 +122,50 @@ def span_frames(drive):
             )
 
 
-def rows(kin, place, along, sign_of_turn=1.0):
+def rows(kin, place, along):
     """Motion along and across the span at one of its ends, each shape (n,)."""
-    at, on, reach, name = place
-    slope, across = kin.slope(at, on), np.array([-along[1], along[0]])
-    u = along @ slope
-    if name in kin.turning:
-        u[len(kin.moves) + kin.turning.index(name)] += sign_of_turn * reach
-    elif name is not None:  # a guide turns with the body that carries it
-        u = u + reach * kin.turn(on)
-    return u, across @ slope
+    slope = kin.slope(place[0], place[1])
+    return along @ slope + kin.rim(place), np.array([-along[1], along[0]]) @ slope
 
 
-def system(drive, tensions):
-    """Strings, mass and stiffness of a machine whose rotors turn with their pulleys."""
-    kin = Kinematics(drive)
-    free = 5 * len(drive.carriage)  # along, across, out of plane, and two slopes
-    n = kin.size + free
-    mass, stiffness = np.zeros((n, n)), np.zeros((n, n))
-    gravity = -drive.layout.gravity * np.array(
-        [np.sin(drive.layout.inclination), np.cos(drive.layout.inclination)]
-    )
+def weight_of(drive):
+    """Gravity in the plane of the machine [m/s^2]."""
+    slope = drive.layout.inclination
+    return -drive.layout.gravity * np.array([np.sin(slope), np.cos(slope)])
+
+
+def solid_parts(drive, kin):
+    """Mass and stiffness of bodies, pulleys and motors."""
+    mass, stiffness = np.zeros((kin.size, kin.size)), np.zeros((kin.size, kin.size))
     weighed = [(body.mass, body.at, body.name, np.array(body.load)) for body in drive.body]
     weighed += [(pulley.mass, pulley.at, pulley.on, np.zeros(2)) for pulley in drive.pulley]
-    own = slice(0, kin.size)
     for kilograms, at, on, load in weighed:
         slope = kin.slope(at, on)
-        mass[own, own] += kilograms * slope.T @ slope
-        stiffness[own, own] -= kin.second(kilograms * gravity + load, at, on)
+        mass += kilograms * slope.T @ slope
+        stiffness -= kin.second(kilograms * weight_of(drive) + load, at, on)
     for body in drive.body:
         rate = kin.turn(body.name)
-        mass[own, own] += body.inertia * np.outer(rate, rate)
+        mass += body.inertia * np.outer(rate, rate)
         for i, (name, _) in enumerate(kin.moves):
             stiffness[i, i] += body.stiffness * (name == body.name)
     for pulley in drive.pulley:
         if not pulley.fixed:
-            i = len(kin.moves) + kin.turning.index(pulley.name)
+            i = kin.turns(pulley.name)
             mass[i, i] += pulley.inertia
-    for motor in drive.motor:
-        assert motor.joint_stiffness is None
-        i = len(kin.moves) + kin.turning.index(motor.pulley or drive.pulley[0].name)
-        mass[i, i] += motor.inertia
-        stiffness[i, i] += motor.holding_stiffness or 0.0
+    for motor, rotor in zip(drive.motor, kin.rotors, strict=True):
+        mass[rotor, rotor] += motor.inertia
+        stiffness[rotor, rotor] += motor.holding_stiffness or 0.0
+        ends = np.ix_(*2 * ([rotor, kin.turns(motor.pulley or drive.pulley[0].name)],))
+        stiffness[ends] += (motor.joint_stiffness or 0.0) * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return mass, stiffness
+
+
+def system(drive, tensions):
+    """Strings, beams, hanging ropes, mass and stiffness of a machine."""
+    kin = Kinematics(drive)
+    n = kin.size + 5 * len(drive.carriage)  # along, across, out of plane, and two slopes
+    mass, stiffness = (np.pad(own, (0, n - kin.size)) for own in solid_parts(drive, kin))
+    gravity, own = weight_of(drive), slice(0, kin.size)
     strings, beams, hanging, reached = [], [], [], {}
     frames = list(span_frames(drive))
     for span, (first, last, along, length, number) in enumerate(frames):
