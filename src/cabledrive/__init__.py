@@ -3,15 +3,6 @@
 from typing import TYPE_CHECKING
 
 from cabledrive.at_once import LISTENS as _LISTENS  # noqa: F401 (before all others, see there)
-from cabledrive.mechanics import (
-    CableLaw,
-    DerivedQuantities,
-    ExactLaw,
-    LinearLaw,
-    derived_quantities,
-    drive_warnings,
-)
-from cabledrive.modal import Certificate, Mode, Modes, modes, natural_frequencies
 from cabledrive.parameters import (
     Cable,
     Carriage,
@@ -41,6 +32,15 @@ if TYPE_CHECKING:
     from cabledrive.identification.logs.reading import read_log
     from cabledrive.identification.one_log import identify
     from cabledrive.identification.printer import shaper
+    from cabledrive.mechanics import (
+        CableLaw,
+        DerivedQuantities,
+        ExactLaw,
+        LinearLaw,
+        derived_quantities,
+        drive_warnings,
+    )
+    from cabledrive.modal import Certificate, Mode, Modes, modes, natural_frequencies
     from cabledrive.reduction import LumpedChain
     from cabledrive.report import write_report
     from cabledrive.rig import OwnPlant, track
@@ -56,15 +56,28 @@ if TYPE_CHECKING:
 __getattr__ = on_demand(
     __name__,
     {
+        "CableLaw": "mechanics",
+        "Certificate": "modal",
+        "DerivedQuantities": "mechanics",
+        "ExactLaw": "mechanics",
+        "LinearLaw": "mechanics",
         "LumpedChain": "reduction",
+        "Mode": "modal",
+        "Modes": "modal",
         "OwnController": "control",
         "OwnPlant": "rig",
         "compare": "studies.controller_comparison",
+        "derived_quantities": "mechanics",
+        "drive_warnings": "mechanics",
         "experiment": "rig.experiment",
         "export_to": "export",
         "frequency_against": "studies",
         "identify": "identification.one_log",
         "map_modes": "studies.mode_map",
+        "mechanics": "mechanics",
+        "modal": "modal",
+        "modes": "modal",
+        "natural_frequencies": "modal",
         "read_log": "identification.logs.reading",
         "resonance": "studies.route_pairs",
         "response": "identification.log_response",

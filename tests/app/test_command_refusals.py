@@ -91,7 +91,6 @@ ROWS = {
         (f"{RESPONSE} angle --offset 1", "--offset", "--coulomb"),
         (f"{RESPONSE} torque", '"torque"', "time, torque, angle"),
         ('response log.csv --input torque --response "torque [N m]"', '"torque"', "time, torque, angle"),
-        (f"response {D3}", D3),
         ("response printer-idlers --response tail", '"tail"', "head.x"),
         ("camera a.avi -o c.csv --scale 0", "scale = 0 m"),
         ("camera a.avi --scale 1mm --known-pixels 3 -o a.csv", "--known-pixels", "--scale"),

@@ -39,6 +39,24 @@ def test_a_response_between_coordinates_that_symmetry_decouples_is_said_to_be_ze
     assert words not in answer("response", "corexy", *asked)["warnings"]
 
 
+@pytest.mark.parametrize("drive", ["dissertation-3", "linear-axis"])
+def test_the_response_of_a_loop_is_its_inertia_far_below_its_modes_and_highest_at_the_first(drive):
+    found, machine = answer("response", drive), cd.load_drive(drive)
+    hertz, magnitude = np.array(found["frequency_hz"]), np.array(found["magnitude"])
+    ratio = machine.drive_pulley.radius / machine.load_pulley.radius
+    cable = 2.0 * machine.span_length * machine.cable.mass_per_length
+    along = cable + sum(carriage.mass for carriage in machine.carriage)
+    inertia = machine.drive_pulley.inertia + machine.motor.inertia + machine.load_pulley.inertia * ratio**2
+    inertia += along * machine.drive_pulley.radius**2
+    rubbing = machine.motor.viscous_friction + machine.drive_pulley.viscous_friction
+    rubbing += machine.load_pulley.viscous_friction * ratio**2
+    omega = 2.0 * np.pi * hertz[0]
+    assert magnitude[0] == pytest.approx(1.0 / abs(inertia * omega**2 - 1j * rubbing * omega), rel=1e-2)
+    first = cd.natural_frequencies(machine, count=1, motor="free")[0]
+    peaks = np.flatnonzero((magnitude[1:-1] > magnitude[:-2]) & (magnitude[1:-1] > magnitude[2:])) + 1
+    assert hertz[peaks[0]] == pytest.approx(first, rel=0.02)
+
+
 def test_check_judges_a_planned_motion(tmp_path):
     """Places alone make the torque; loops take the torque."""
     time = np.linspace(0.0, 0.5, 51)

@@ -72,6 +72,9 @@ def test_a_lift_roped_two_to_one_turns_its_sheave_by_two_metres_of_rope_a_metre(
     assert frequency_per_speed(lift, Order(name="rails", coordinate="car.y", length=5.0), "car.y") == 0.2
     with pytest.raises(cd.InputRefused, match="without straining"):
         rates(lift, "tension frame.y")
+    geared, steps = cd.load_drive("dissertation-3"), Order(name="steps", pulley="drive pulley", number=200.0)
+    radii = geared.load_pulley.radius / geared.drive_pulley.radius
+    assert frequency_per_speed(geared, steps, "load pulley") == pytest.approx(200 * radii / (2 * math.pi))
 
 
 SHEAVE = Order(name="sheave", pulley="traction sheave")

@@ -31,11 +31,6 @@ def tell_given(*names: str, why: str) -> None:
         note(f"{given} {why}")
 
 
-def was_given(name: str) -> bool:
-    """Whether a parameter stands on the command line."""
-    return any(_given((name,)))
-
-
 def _given(names: tuple[str, ...]) -> Iterator[str]:
     """The options among these parameters that stand on the command line."""
     context = click.get_current_context()

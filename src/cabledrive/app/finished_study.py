@@ -7,7 +7,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import check_folder_writable, intact_object, require_regular
 from cabledrive.parameters.route import RoutedDrive
@@ -44,6 +43,8 @@ def _bytes_hash(file: str) -> str:
 
 def code_hash() -> str:
     """Hash of all modules that make a study and its report."""
+    from cabledrive.mechanics.sources import digest_with_imports  # `--help` does not wait for it
+
     return digest_with_imports(Path(__file__).parent / "commands" / "study.py")
 
 

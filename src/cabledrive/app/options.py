@@ -25,7 +25,6 @@ from cabledrive.app.results import (
     provenance,
     show,
 )
-from cabledrive.mechanics.compile_time import LISTENERS
 from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.terminal import on_a_terminal
@@ -251,6 +250,8 @@ def answering(function: Function) -> Function:
     @functools.wraps(function)
     def _answered(*, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> None:
         meta = click.get_current_context().meta
+        from cabledrive.mechanics.compile_time import LISTENERS  # `--help` does not wait for it
+
         meta[QUIET] = quiet
         meta[BEGUN] = time.monotonic() if verbose else None
         seen = on_a_terminal()  # a script counts lines

@@ -31,7 +31,7 @@ ANSWERS = {
     "export": ("app.commands.export:WRITTEN",),
     "identify": ("app.identified:ANSWER", "app.identified:OF_A_PING", "app.identified:SPLIT"),
     "map": ("app.maps:MAP",),
-    "modes": ("app.commands.modes:LISTED",),
+    "modes": ("report.words:LISTED",),
     "report": ("app.commands.report:PAGE_OF_DRIVES", "app.commands.report:PAGE_OF_A_STORE"),
     "resonance": ("app.resonances:LOOP", "app.resonances:ROUTE"),
     "response": ("app.identified:MEASURED", "app.identified:COMPUTED"),

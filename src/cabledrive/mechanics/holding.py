@@ -10,6 +10,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.machine import Machine
 
 DRIVE_PULLEY = "drive pulley"
 LOAD_PULLEY = "load pulley"
@@ -20,7 +21,7 @@ FREE, HELD, HOLDING = "free", "held", "holding"
 CONDITIONS = (FREE, HELD, HOLDING)
 
 
-def motor_condition(drive: Drive, motor: str | None = None) -> str:
+def motor_condition(drive: Machine, motor: str | None = None) -> str:
     """How the rotor is held in a calculation.
 
     "free": the rotor turns. "held": it does not; behind a flexible joint the drive pulley still turns on the
@@ -28,11 +29,7 @@ def motor_condition(drive: Drive, motor: str | None = None) -> str:
     ``motor.holding_stiffness``; refused without one. Default: "holding" where the file gives that stiffness,
     else "free".
     """
-    return checked_condition(motor, drive.motor is not None and drive.motor.holding_stiffness is not None)
-
-
-def checked_condition(motor: str | None, sprung: bool) -> str:
-    """How rotors are held as asked; ``sprung``: whether the file gives a holding stiffness."""
+    sprung = any(own.holding_stiffness is not None for own in drive.motors)
     if motor is None:
         return HOLDING if sprung else FREE
     if motor not in CONDITIONS:

@@ -80,7 +80,7 @@ def lowest_frequencies(drive: Drive | RoutedDrive) -> LowestFrequencies:
     found: dict[str, float | None] = dict.fromkeys(CONDITIONS)
     taut = not isinstance(drive, RoutedDrive)
     reasons: dict[str, str] = {}
-    for motor in CONDITIONS if _given(drive) == HOLDING else (FREE, HELD):
+    for motor in CONDITIONS if motor_condition(drive) == HOLDING else (FREE, HELD):
         try:
             with np.errstate(all="ignore"):  # what cannot be refined is said, not warned of
                 listed = natural_frequencies(drive, count=1, motor=motor)
@@ -91,15 +91,6 @@ def lowest_frequencies(drive: Drive | RoutedDrive) -> LowestFrequencies:
         except NotComputed as failure:
             reasons[NAMES[motor]] = str(failure)
     return LowestFrequencies(**found, has_motor=bool(drive.motor), reasons=reasons, taut=taut)
-
-
-def _given(drive: Drive | RoutedDrive) -> str:
-    """How the file holds the rotor."""
-    if not isinstance(drive, RoutedDrive):
-        return motor_condition(drive)
-    from cabledrive.mechanics.network.motion import condition  # other machines do not wait for it
-
-    return condition(drive)
 
 
 @described

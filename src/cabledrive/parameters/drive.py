@@ -8,21 +8,15 @@ from typing import Any
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive_parts import (
     Carriage,
-    Goal,
     Layout,
     Lumped,
     Motor,
     Pulley,
-    Sensors,
-    StatedExcitation,
 )
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, check_text, choice, described, meaning, nearest
-from cabledrive.parameters.shown import Machine
+from cabledrive.parameters.fields import choice, described, meaning, nearest
+from cabledrive.parameters.machine import Machine
 
-SCHEMA_VERSION = 1
-MOST_CARRIAGES = 100_000
-WORDS = ("name", "title", "source")
 PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
 
 
@@ -31,7 +25,6 @@ PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
 class Drive(Machine):
     """A machine driven by one cable between two pulleys, with the names of its file."""
 
-    name: str = meaning("short name")
     kind: str = choice(("loop", "line"), "cable loop round two pulleys, or one span with its ends on them")
     cable: Cable = meaning("rigidity, mass and pretension")
     layout: Layout = meaning("distance of the pulleys, gravity")
@@ -39,19 +32,9 @@ class Drive(Machine):
     carriage: tuple[Carriage, ...] = meaning("any number of carried masses", ())
     motor: Motor | None = meaning("on the drive pulley", None)
     lumped: Lumped | None = meaning("measured stiffness and damping", None)
-    sensors: Sensors | None = meaning("encoders and sampling", None)
-    goal: Goal | None = meaning("what is asked of it", None)
-    excitation: StatedExcitation | None = meaning("what excites it in operation", None)
-    title: str = meaning("what it is", "")
-    source: str = meaning("where its figures come from", "")
-    schema: int = choice((SCHEMA_VERSION,), "version of the file format", SCHEMA_VERSION)
 
     def __post_init__(self) -> None:
-        check_fields(self)
-        for key in WORDS:
-            check_text(key, getattr(self, key))
-        object.__setattr__(self, "pulley", tuple(self.pulley))
-        object.__setattr__(self, "carriage", tuple(self.carriage))
+        Machine.__post_init__(self)
         if len(self.pulley) != 2:
             raise InputRefused(
                 f"pulley: {len(self.pulley)} given, but a drive has 2: the drive pulley, then the load pulley"
@@ -60,16 +43,14 @@ class Drive(Machine):
             raise InputRefused(
                 "pulley.0.fixed = true, but [motor] drives that pulley: leave one of the two out"
             )
-        check_count(len(self.carriage))
         seen: dict[Any, int] = {}
         for number, carriage in enumerate(self.carriage):
             _check_carriage(self, number, carriage, seen)
         for number, carriage in enumerate(self.carriage):
             _check_coupling(self, number, carriage)
-        check_excitation(self.excitation, self.motor)
         if self.excitation is not None and self.excitation.orders:
             raise InputRefused(
-                'excitation.orders need a machine of kind = "route", whose parts have names: leave them out'
+                'excitation.orders are for kind = "route": leave them out, and name them with `map --order`'
             )
 
     @cached_property
@@ -160,22 +141,6 @@ class Drive(Machine):
             Ordered by position.
         """
         return tuple(sorted((c for c in self.carriage if c.span == span), key=lambda c: c.position))
-
-
-def check_excitation(excitation: StatedExcitation | None, motor: Motor | None) -> None:
-    """Refuse a torque ripple without the torque limit that it is a share of."""
-    if excitation is None or excitation.torque_ripple is None:
-        return
-    if motor is None or motor.torque_limit is None:
-        raise InputRefused("excitation.torque_ripple is a share of motor.torque_limit: add that")
-
-
-def check_count(carriages: int) -> None:
-    """Refuse more than `MOST_CARRIAGES` carriages."""
-    if carriages > MOST_CARRIAGES:
-        raise InputRefused(
-            f"carriage: {carriages} given, at most {MOST_CARRIAGES} are taken: lump some together"
-        )
 
 
 def _check_carriage(drive: Drive, number: int, carriage: Carriage, seen: dict[Any, int]) -> None:

@@ -54,7 +54,7 @@ def choice(options: tuple[Any, ...], meaning: str, default: Any = dataclasses.MI
     return dataclasses.field(default=default, metadata={"options": options, "meaning": meaning})
 
 
-def words(meaning: str, default: str) -> Any:
+def words(meaning: str, default: Any = dataclasses.MISSING) -> Any:
     """Declare a field that holds text without any bearing on results: it is no part of the content hash."""
     return dataclasses.field(default=default, metadata={"words": True, "meaning": meaning})
 

@@ -6,11 +6,12 @@ from typing import Any
 
 
 def on_demand(room: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
-    """The ``__getattr__`` of a room; ``homes``: module of each name, relative to the room."""
+    """The ``__getattr__`` of a room; ``homes``: module of each name, relative to the room, or its own."""
 
     def find(name: str) -> Any:
         if name in homes:
-            return getattr(import_module(f"{room}.{homes[name]}"), name)
+            module = import_module(f"{room}.{homes[name]}")
+            return module if homes[name] == name else getattr(module, name)
         raise AttributeError(f"module {room!r} has no attribute {name!r}")
 
     return find

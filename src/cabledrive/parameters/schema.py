@@ -8,8 +8,9 @@ from typing import Any
 
 from cabledrive.answers.figures import key_of
 from cabledrive.parameters.cable import cable_types
-from cabledrive.parameters.drive import MOST_CARRIAGES, WORDS, Drive
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import LARGEST, SMALLEST
+from cabledrive.parameters.machine import MOST_CARRIAGES, WORDS
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import MOVES
 from cabledrive.parameters.route.two_pulleys import AxisDrive

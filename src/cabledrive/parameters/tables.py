@@ -8,7 +8,7 @@ from typing import Any
 
 from cabledrive.answers.figures import key_of
 from cabledrive.parameters.cable import Cable, Rope, with_type
-from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, Drive, check_count
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.drive_parts import (
     Carriage,
     Goal,
@@ -21,6 +21,7 @@ from cabledrive.parameters.drive_parts import (
 )
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import kind_of, nearest, written
+from cabledrive.parameters.machine import SCHEMA_VERSION, WORDS, check_count
 from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.parts import (
     Anchor,

@@ -10,9 +10,11 @@ from math import radians
 from typing import Any
 
 from cabledrive.answers.figures import Row, figures_of, number, quantity
+from cabledrive.answers.keys import Keys
 from cabledrive.mechanics import DerivedQuantities
-from cabledrive.modal import Modes
-from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
+from cabledrive.modal import Mode, Modes
+from cabledrive.modal.lowest import LOWEST as OF_LOWEST
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.report.blocks import Table, listed, table_text
@@ -26,6 +28,24 @@ DATASHEET = figures_of(DerivedQuantities) | {
     )
 }
 """Figures of `DerivedQuantities` and `LowestFrequencies` by their headings."""
+
+OF_MODE = Keys(
+    "frequency_hz=frequency kind family multiplicity kinetic_shares proven span? plane? section? model? "
+    "clamped? strain_shares?",
+    of=Mode,
+)
+OF_PROOF = Keys(
+    "below_hz=below longitudinal_below_hz=longitudinal_below transverse_below_hz=transverse_below count "
+    "longitudinal transverse enclosure",
+    of=Certificate,
+)
+OF_MODES = Keys(
+    "modes certified certified_reason? warnings certificate rigid_body_modes motor hold at_torque",
+    parts={"modes": OF_MODE, "certificate": OF_PROOF},
+    of=Modes,
+)
+LISTED = Keys("", also=(OF_LOWEST, OF_MODES))
+"""Keys of a list of modes, with the lowest frequencies before it."""
 
 
 def anchor(title: str) -> str:

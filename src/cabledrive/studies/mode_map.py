@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from cabledrive.mechanics.holding import motor_condition
-from cabledrive.mechanics.network.motion import condition
 from cabledrive.modal import Modes
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -153,10 +152,7 @@ def over(grid: Grid, most: dict[str, Any], read: Read) -> tuple[list[Axis], str,
     point holds whether its list is certified, and why it has none.
     """
     drive, axes = grid.drive, _checked(grid.drive, grid.vary)
-    if isinstance(drive, RoutedDrive):
-        held = condition(drive, grid.motor)
-    else:
-        held = motor_condition(drive, grid.motor)
+    held = motor_condition(drive, grid.motor)
     keys = [key for axis in axes for key in axis.keys]
     rows = (np.concatenate(place).tolist() for place in itertools.product(*(axis.values.T for axis in axes)))
     settings = (dict(zip(keys, row, strict=True)) for row in rows)

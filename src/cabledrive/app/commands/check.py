@@ -4,11 +4,8 @@ from typing import Any
 
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.mechanics.datasheet import drive_warnings
-from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.report.blocks import table_text
 
 OF_PULLEYS = "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness"
 OF_ROUTES = "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness"
@@ -33,6 +30,8 @@ def command(
     if isinstance(drive, RoutedDrive):
         answer = _checked_route(drive)
     else:
+        from cabledrive.modal.lowest import derived_with_lowest
+        from cabledrive.report.blocks import table_text
         from cabledrive.report.machine.data import derived_table
 
         derived = derived_with_lowest(drive)
@@ -57,8 +56,10 @@ def _checked_route(drive: RoutedDrive) -> Answer:
         pulley_rows,
         span_rows,
     )
+    from cabledrive.modal.lowest import lowest_frequencies
     from cabledrive.modal.route_network import network_of_routes
     from cabledrive.modal.spectrum import Spectrum
+    from cabledrive.report.blocks import table_text
     from cabledrive.report.machine.data import pulleys_table, spans_table
 
     statics, lowest = statics_of(drive), lowest_frequencies(drive)
@@ -88,6 +89,8 @@ def _checked_route(drive: RoutedDrive) -> Answer:
 
 
 def _answer(drive: Drive | RoutedDrive, data: dict[str, Any], parts: list[str], method: str) -> Answer:
+    from cabledrive.mechanics.datasheet import drive_warnings
+
     warnings = drive_warnings(drive)
     head = f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"
     findings = "\n".join([f"Warning: {line}." for line in warnings] or ["No warnings."])

@@ -4,12 +4,9 @@ import os
 import tempfile
 from pathlib import Path
 
-import click
-
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.options import force_option, machine_argument, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 
@@ -33,7 +30,7 @@ def command(
     ),
     count: int = opt("count", "Modes of each kind; default: 6.", 6),
     motor: str | None = opt(
-        click.Choice(CONDITIONS),
+        "free|held|holding",
         "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
     ),
     hold: tuple[str, ...] = opt("NAME", "Hold a part as well; repeatable.", multiple=True),

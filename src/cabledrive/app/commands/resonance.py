@@ -3,7 +3,6 @@
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.mechanics.holding import FREE, HOLDING, left_out_under_torque, motor_condition, released
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.route import RoutedDrive
 
@@ -72,6 +71,13 @@ def command(
         loop_data,
         loop_text,
         of_motion,
+    )
+    from cabledrive.mechanics.holding import (
+        FREE,
+        HOLDING,
+        left_out_under_torque,
+        motor_condition,
+        released,
     )
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.planned_motion import read_motion

@@ -9,7 +9,7 @@ from cabledrive.app.combinations import HOW_READ, Chooser, refuse_given, refuse_
 from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import as_machine
 
 LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
 
@@ -38,8 +38,8 @@ def command(
     """Measure the response from one channel of LOG to another: magnitude, phase, coherence.
 
     Without --input and --response LOG is a measured response itself, a table of frequency, magnitude and
-    phase; repeats are averaged robustly. LOG may also be the file of a machine with routes: its response is
-    computed, --input and --response are then coordinates such as "motor" and head.x.
+    phase; repeats are averaged robustly. LOG may also be the name or file of a machine: its response is
+    computed, --input and --response are then coordinates such as "drive pulley", "motor" and head.x.
     """
     from cabledrive.identification.axis.answer import IdentifyOptions
     from cabledrive.identification.log_response import coherence_words, read_pair, response
@@ -135,17 +135,14 @@ def is_machine(source: str) -> bool:
 def response_of_machine(
     source: str, force_on: str | None, motion_of: str | None, below: float | None, *, speed: bool
 ) -> Answer:
-    """The response of a machine with routes; ``below`` [Hz]; ``speed``: of the motion's speed."""
+    """The response of a machine, its ropes straight; ``below`` [Hz]; ``speed``: of the motion's speed."""
+    from cabledrive.mechanics.holding import motor_condition
     from cabledrive.mechanics.network import machine_response, network_of
-    from cabledrive.mechanics.network.motion import condition
     from cabledrive.modal import natural_frequencies
     from cabledrive.modal.natural import straight_limit
 
-    drive = load_drive(source)
-    if not isinstance(drive, RoutedDrive):
-        raise InputRefused(
-            f'{source}: the response of a drive file needs kind = "route"; give the log of a measured one'
-        )
+    stated = load_drive(source)
+    drive = as_machine(stated)
     force_on = force_on or (drive.pulley[drive.driven[0]].name if drive.motor else None)
     if force_on is None:
         raise InputRefused("a machine without a motor: name the coordinate that is pushed with --input")
@@ -160,7 +157,7 @@ def response_of_machine(
     if speed:
         found = 2j * np.pi * frequency * found
     sag = straight_limit(network_of(drive), 2 * np.pi * top)
-    parts = (*drive.body, *drive.pulley, *drive.motor)
+    parts: tuple[Any, ...] = (*drive.body, *drive.pulley, *drive.motor)
     rubs = any(part.coulomb_friction > 0.0 for part in parts)
     data: dict[str, Any] = {
         "frequency_hz": frequency,
@@ -168,7 +165,7 @@ def response_of_machine(
         "phase_deg": np.degrees(np.unwrap(np.angle(found))),
         "input": force_on,
         "output": motion_of,
-        "motor": condition(drive),
+        "motor": motor_condition(drive),
         "left_out": [],
         "warnings": [
             *([f"a force on {force_on} does not move {motion_of}: zero but for round-off"] if still else []),
@@ -179,4 +176,4 @@ def response_of_machine(
     what = "speed" if speed else "motion"
     text = f"{drive.name}: {what} of {motion_of} per force on {force_on}, {LINES} lines up to {top:.4g} Hz"
     text += "".join(f"\nwarning: {words}" for words in data["warnings"])
-    return Answer(data=data, text=text, provenance=provenance(drive, method="exact waves on every span"))
+    return Answer(data=data, text=text, provenance=provenance(stated, method="exact waves on every span"))

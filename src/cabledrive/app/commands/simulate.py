@@ -1,11 +1,11 @@
 """`cabledrive simulate`: the nonlinear cable loop in time, with an audit of its own error."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from cabledrive.answers.figures import aligned, stated
-from cabledrive.app.combinations import refuse_given, tell_given, was_given
+from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import force_option, machine_argument, option, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
@@ -13,10 +13,9 @@ from cabledrive.app.tracked import move_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.units import to_si
-from cabledrive.simulation import Constant, Pluck, Recording, Scheme, Signal, Sine, Start, simulate
-from cabledrive.simulation.network import NetworkStart
-from cabledrive.simulation.travel import PlannedMove
-from cabledrive.simulation.travel.prepare import SEGMENTS
+
+if TYPE_CHECKING:
+    from cabledrive.simulation import Pluck, Scheme, Signal, Start
 
 FEWEST_RECORDS = 16
 _OF_ROUTES = ("pluck", "torque_on", "moves", "rise", "travel")
@@ -57,7 +56,7 @@ _NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", 
     "exact",
 )
 @option("--method", "TEXT", "Time integrator: verlet, node-centred, energy-conserving.", "verlet")
-@option("--segments", "count", "Segments per span; where bodies travel 16 on the longest.", Scheme().segments)
+@option("--segments", "count", "Segments per span; default: 200, where bodies travel 16 on the longest.")
 @option("--step", "s", "Time step; default: chosen by stability.")
 @option("--rate", "Hz", "Records per second; default: 10 kHz.", 10_000.0)
 @option("--fields", "count", "Keep all nodes at every N-th record.", 0)
@@ -105,6 +104,8 @@ def command(
     machine: Any = drive  # a loop or a line where these two are given
     if animate is not None:
         options["fields"] = fields_to_animate(machine, options)
+    from cabledrive.simulation import Recording
+
     torque = _torque(options["torque_amplitude"], options["torque_frequency"])
     kept: dict[str, Any] = {} if output is None else {"output": output.path, "force": output.force}
     result: Any
@@ -121,6 +122,8 @@ def command(
             **kept,
         )
     else:
+        from cabledrive.simulation import simulate
+
         own = (_of_route if routed else _of_loop)(machine, torque, options)
         result = simulate(
             drive,
@@ -142,14 +145,18 @@ def command(
     )
 
 
-def _of_loop(drive: Drive, torque: Signal, options: dict[str, Any]) -> dict[str, Any]:
+def _of_loop(drive: Drive, torque: "Signal", options: dict[str, Any]) -> dict[str, Any]:
     """What a run of a loop or a line takes of its own."""
     same = {"torque": torque, "error_estimate": options["error_estimate"]}
     return same | {"start": _start(options), "scheme": _scheme(options, options["segments"])}
 
 
-def _of_route(drive: RoutedDrive, torque: Signal, options: dict[str, Any]) -> dict[str, Any]:
+def _of_route(drive: RoutedDrive, torque: "Signal", options: dict[str, Any]) -> dict[str, Any]:
     """What a run of a machine with routes takes of its own."""
+    from cabledrive.simulation.network import NetworkStart
+    from cabledrive.simulation.travel import PlannedMove
+    from cabledrive.simulation.travel.prepare import SEGMENTS
+
     names = [drive.pulley[number].name for number in drive.driven] or [p.name for p in drive.pulley[:1]]
     on = options["torque_on"] or (names[0] if names else None)
     travel: PlannedMove | bool = options["travel"]
@@ -161,7 +168,7 @@ def _of_route(drive: RoutedDrive, torque: Signal, options: dict[str, Any]) -> di
         if options["rise"] is None:
             raise InputRefused("--move needs --rise, the time that it takes: add --rise 10s")
         travel = PlannedMove(moves=dict(map(move_of, options["moves"])), rise=options["rise"])
-    segments = SEGMENTS if travel and not was_given("segments") else options["segments"]
+    segments = SEGMENTS if travel and options["segments"] is None else options["segments"]
     return {
         "travel": travel,
         "torque": {} if on is None else {on: torque},
@@ -170,7 +177,9 @@ def _of_route(drive: RoutedDrive, torque: Signal, options: dict[str, Any]) -> di
     }
 
 
-def _torque(amplitude: float | None, frequency: float | None) -> Signal:
+def _torque(amplitude: float | None, frequency: float | None) -> "Signal":
+    from cabledrive.simulation import Constant, Sine
+
     if (amplitude is None) != (frequency is None):
         missing = "--torque-frequency" if frequency is None else "--torque-amplitude"
         raise InputRefused(f"{missing} is missing: a torque needs both its amplitude and its frequency")
@@ -181,26 +190,32 @@ def _torque(amplitude: float | None, frequency: float | None) -> Signal:
     return Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude)
 
 
-def _start(options: dict[str, Any]) -> Start:
+def _start(options: dict[str, Any]) -> "Start":
+    from cabledrive.simulation import Pluck, Start
+
     heights = {span: options[f"pluck_{span}"] for span in ("upper", "lower")}
     shape = options["pluck_shape"]
     plucks = tuple(Pluck(height=height, span=span, shape=shape) for span, height in heights.items() if height)
     return Start(plucks=plucks, from_equilibrium=options["from_equilibrium"])
 
 
-def _scheme(options: dict[str, Any], segments: int) -> Scheme:
+def _scheme(options: dict[str, Any], segments: int | None) -> "Scheme":
+    from cabledrive.simulation import Scheme
+
     return Scheme(
         model=options["model"],
         method=options["method"],
-        segments=segments,
+        segments=Scheme().segments if segments is None else segments,
         step=options["step"],
         slack="tension-only" if options["tension_only"] else "stop",
         friction="smoothed" if options["smooth_friction"] else "stick-slip",
     )
 
 
-def plucks_of(given: tuple[str, ...], shape: str) -> tuple[Pluck, ...]:
+def plucks_of(given: tuple[str, ...], shape: str) -> "tuple[Pluck, ...]":
     """Plucks from "SPAN=HEIGHT"."""
+    from cabledrive.simulation import Pluck
+
     found = []
     for words in given:
         span, equals, height = words.rpartition("=")

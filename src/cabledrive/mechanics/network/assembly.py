@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.holding import HOLDING
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, condition
+from cabledrive.mechanics.holding import HOLDING, motor_condition
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion
 from cabledrive.mechanics.network.pieces import Piece, carriage_at, pieces_of
 from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, statics_of
 from cabledrive.parameters.arrays import Array, Complex
@@ -134,7 +134,7 @@ def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[s
     Raises `InputRefused` if there is no such state, a rope runs too fast, or nothing holds a part.
     """
     names = (hold,) if isinstance(hold, str) else tuple(hold)
-    motion, statics = Motion(drive, condition(drive, motor), names), statics_of(drive)
+    motion, statics = Motion(drive, motor_condition(drive, motor), names), statics_of(drive)
     pieces = pieces_of(motion, statics)
     links = [(piece, way) for piece in pieces for way in DIRECTIONS]
     impedance, time, lag = np.array([waves_of_piece(piece, way) for piece, way in links]).T

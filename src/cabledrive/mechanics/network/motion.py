@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cabledrive.mechanics.holding import FREE, HELD, checked_condition
+from cabledrive.mechanics.holding import FREE, HELD
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
@@ -25,11 +25,6 @@ from cabledrive.parameters.route.geometry import Place, Point
 ALONG, ACROSS, OUT_OF_PLANE = "along", "across", "out of plane"
 AT_REST = 1e-9
 """Part of a row, relative to its largest entry, that is round-off."""
-
-
-def condition(drive: RoutedDrive, motor: str | None = None) -> str:
-    """How the rotors are held, as `motor_condition`; refused if the file has no holding stiffness."""
-    return checked_condition(motor, any(own.holding_stiffness is not None for own in drive.motor))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,9 @@ from functools import cached_property
 from typing import Any, NoReturn
 
 from cabledrive.parameters.cable import Rope
-from cabledrive.parameters.drive import SCHEMA_VERSION, WORDS, check_count, check_excitation
-from cabledrive.parameters.drive_parts import Goal, Sensors, StatedExcitation
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import check_fields, check_text, choice, described, meaning, nearest
+from cabledrive.parameters.fields import choice, described, meaning, nearest
+from cabledrive.parameters.machine import Machine
 from cabledrive.parameters.route.geometry import FreeSpan, Place, spans_of_route
 from cabledrive.parameters.route.parts import (
     Anchor,
@@ -21,7 +20,6 @@ from cabledrive.parameters.route.parts import (
     RouteLayout,
     rope_of,
 )
-from cabledrive.parameters.shown import Machine
 
 _UNDER_GRAVITY = RouteLayout()
 ONLY_TWO_PULLEYS = frozenset(
@@ -54,7 +52,6 @@ def require_two_pulleys(drive: Any, what: str) -> Any:
 class RoutedDrive(Machine):
     """A machine whose cables run over any number of pulleys, with the names of its file."""
 
-    name: str = meaning("short name")
     kind: str = choice(("route",), "the ways of the cables are listed", "route")
     cable: Rope | None = meaning("what the routes have in common", None)
     layout: RouteLayout = meaning("gravity", _UNDER_GRAVITY)
@@ -64,20 +61,9 @@ class RoutedDrive(Machine):
     route: tuple[Route, ...] = meaning("in the order of the file")
     carriage: tuple[RoutedCarriage, ...] = meaning("in the order of the file", ())
     motor: tuple[RoutedMotor, ...] = meaning("in the order of the file", ())
-    sensors: Sensors | None = meaning("encoders and sampling", None)
-    goal: Goal | None = meaning("what is asked of it", None)
-    excitation: StatedExcitation | None = meaning("what excites it in operation", None)
-    title: str = meaning("what it is", "")
-    source: str = meaning("where its figures come from", "")
-    schema: int = choice((SCHEMA_VERSION,), "version of the file format", SCHEMA_VERSION)
 
     def __post_init__(self) -> None:
-        check_fields(self)
-        for key in WORDS:
-            check_text(key, getattr(self, key))
-        for key in ("body", "pulley", "anchor", "route", "carriage", "motor"):
-            object.__setattr__(self, key, tuple(getattr(self, key)))
-        check_count(len(self.carriage))
+        Machine.__post_init__(self)
         if not self.route:
             raise InputRefused("route: none given: list the way of at least one cable under [[route]]")
         # a name calls one pulley or anchor of a path, and one body; `--hold` must know which is meant
@@ -95,7 +81,6 @@ class RoutedDrive(Machine):
         self.driven  # noqa: B018
         self.free_spans  # noqa: B018
         self.carriage_places  # noqa: B018
-        check_excitation(self.excitation, self.motor[0] if self.motor else None)
 
     def __getattr__(self, name: str) -> Any:
         if name in ONLY_TWO_PULLEYS:

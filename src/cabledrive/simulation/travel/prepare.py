@@ -6,9 +6,10 @@ from hashlib import sha256
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
+from cabledrive.mechanics.holding import HOLDING, motor_condition
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import turns_by_torque
-from cabledrive.mechanics.network.motion import condition, gravity
+from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
@@ -98,7 +99,7 @@ def _check(
     turning = next((body.name for body in drive.body if "turn" in body.moves), "")
     guide = next((pulley.name for pulley in drive.pulley if pulley.fixed), "")
     running = next((data.name for data in drive.route if data.speed), "")
-    held = move is None and condition(drive) == "holding"
+    held = move is None and motor_condition(drive) == HOLDING
     for refused, why in (
         (foreign, "only the exact law with verlet and stick-slip: leave the others out"),
         (scheme.slack != "stop", "a rope that goes slack ends the run: leave --tension-only out"),
