@@ -5,9 +5,11 @@ import typing
 from dataclasses import dataclass, is_dataclass
 from functools import cache
 
+import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive import identification, mechanics, modal, reduction, rig, simulation, studies
 from cabledrive.answers.figures import Row, figure, shown
 from cabledrive.answers.keys import Keys
 from cabledrive.answers.result import Result
@@ -15,10 +17,16 @@ from cabledrive.app.schemas import schema_of
 from cabledrive.control import OwnController
 from cabledrive.report.blocks import listed, table_text
 from cabledrive.rig import BodyMotion, OwnPlant
+from hanging_loads import scaled_transporter
 
-NO_RESULTS = (OwnController, OwnPlant)
-FUNCTIONS = [getattr(cd, name) for name in cd.__all__ if inspect.isfunction(getattr(cd, name))]
+NO_RESULTS = (OwnController, OwnPlant, reduction.LumpedChain)
+ROOMS = (cd, mechanics, modal, simulation, reduction, identification, rig, studies)
+EXPORTED = [getattr(room, name) for room in ROOMS for name in room.__all__]
+FUNCTIONS = [one for one in EXPORTED if inspect.isfunction(one)]
 LOOP, ROUTED = cd.load_drive("dissertation-3"), cd.load_drive("corexy")
+
+
+TIME = np.linspace(0.0, 4.0, 4001)
 
 
 @cache
@@ -44,9 +52,15 @@ SMALL = {
     "Log": log,
     "FrequencyResponse": lambda: cd.response(log(), "torque", "angle"),
     "Identification": lambda: cd.identify(log()),
+    "RestState": lambda: mechanics.rest_state(LOOP),
+    "DecayEstimate": lambda: reduction.damping_from_decay(TIME, np.exp(-TIME) * np.cos(90.0 * TIME), 14.3),
+    "CarriageRun": lambda: rig.move_carriage(scaled_transporter(cd.load_drive("dissertation-transporter"))),
 }
 LONGER = {
     "PrinterShaper",
+    "PlannedMotion",
+    "ResponseFit",
+    "SpanTensions",
     "StudyResult",
     "SweepResult",
 }  # from files or long runs, which are not repeated here

@@ -7,8 +7,7 @@ from cabledrive.app.resonances import indented
 from cabledrive.app.results import Answer
 from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal.lowest import DERIVED, LOWEST
-from cabledrive.parameters import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import table_text
 from cabledrive.report.machine.tables import ALONG, margins_data, margins_tables
@@ -29,7 +28,7 @@ ROUTE = Keys(
 )
 
 
-def with_margins(answer: Answer, drive: Drive | RoutedDrive, file: str) -> Answer:
+def with_margins(answer: Answer, drive: Machine, file: str) -> Answer:
     """The same answer with the margins along a planned motion."""
     if isinstance(drive, RoutedDrive):
         found = motion_margins(drive, read_motion(file, drive, torque=False))

@@ -7,17 +7,15 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.files import check_folder_writable, intact_object, require_regular
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.version import __version__
 
 RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
 
 
-def asked_hash(
-    drive: Drive | RoutedDrive, files: Sequence[str | None], switches: tuple[bool, ...] = ()
-) -> str:
+def asked_hash(drive: Machine, files: Sequence[str | None], switches: tuple[bool, ...] = ()) -> str:
     """Hash of this version, the drive with its words and the bytes of every file: goals, then logs.
 
     A file that cannot be read is refused.

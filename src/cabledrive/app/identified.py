@@ -15,9 +15,9 @@ from cabledrive.identification.tension.both import tension_of_both
 from cabledrive.identification.tension.family_fit import PINGED
 from cabledrive.identification.tension.recording import read_ping
 from cabledrive.identification.tension.strings import compared, tension_from_ping, tensions_of_spans
-from cabledrive.parameters import Drive, InputRefused, load_drive
+from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.report.blocks import listed, table_text
 
 INTERVAL = Keys("unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"), of=Estimate)
@@ -111,7 +111,7 @@ def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, 
 
 
 def _tensions(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     data: dict[str, Any],
     method: str,
     more: Sequence[str],

@@ -6,9 +6,9 @@ import numpy as np
 
 from cabledrive.answers.figures import Row
 from cabledrive.answers.keys import Keys
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.keys import quantity_of
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import listed, table_text
 from cabledrive.report.machine.tables import zones_table
@@ -24,9 +24,7 @@ MOST_LINES = 12
 """Zones that the text lists."""
 
 
-def map_answer(
-    drive: Drive | RoutedDrive, found: "xr.Dataset", excited: Campbell | None
-) -> tuple[dict[str, Any], str]:
+def map_answer(drive: Machine, found: "xr.Dataset", excited: Campbell | None) -> tuple[dict[str, Any], str]:
     """JSON object and text of a map."""
     dims = [str(dim) for dim in found["certified"].dims]
     refused = found["reason"].values.ravel()
@@ -120,7 +118,7 @@ ALONE, EACH = 31, 11
 """Values of a key where no number is given: of the only one, of several."""
 
 
-def vary_of(drive: Drive | RoutedDrive, texts: tuple[str, ...]) -> dict[tuple[str, ...], np.ndarray]:
+def vary_of(drive: Machine, texts: tuple[str, ...]) -> dict[tuple[str, ...], np.ndarray]:
     """Values by keys, from texts such as "head.x=60mm:360mm:30" or "car.y=5m:35m,counterweight.y=35m:5m"."""
     found: dict[tuple[str, ...], np.ndarray] = {}
     for text in texts:
@@ -138,7 +136,7 @@ def vary_of(drive: Drive | RoutedDrive, texts: tuple[str, ...]) -> dict[tuple[st
     return found
 
 
-def _range(drive: Drive | RoutedDrive, text: str) -> tuple[str, float, float, int | None]:
+def _range(drive: Machine, text: str) -> tuple[str, float, float, int | None]:
     key, equals, rest = text.strip().partition("=")
     steps = rest.split(":")
     if not equals or len(steps) not in (2, 3):

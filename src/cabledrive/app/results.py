@@ -13,9 +13,9 @@ import click
 
 from cabledrive.answers.keys import NOT_FINITE
 from cabledrive.app.failures import colours, note, watched_output
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.version import __version__
 
 
@@ -30,7 +30,7 @@ class Answer:
 
 
 def provenance(
-    drive: Drive | RoutedDrive | None = None,
+    drive: Machine | None = None,
     *,
     method: str | None = None,
     step: float | None = None,

@@ -10,8 +10,8 @@ from cabledrive.answers.keys import Keys
 from cabledrive.answers.runs import WOUND
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import Drive, InputRefused, load_drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:
@@ -52,9 +52,7 @@ def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: 
     return answer_of_run(drive, found, WOUND, METHOD, spec["seed"])
 
 
-def answer_of_run(
-    drive: Drive | RoutedDrive, found: "Tracking", keys: Keys, method: str, seed: int
-) -> Answer:
+def answer_of_run(drive: Machine, found: "Tracking", keys: Keys, method: str, seed: int) -> Answer:
     """What a run of either kind answers, by its keys."""
     step = found.summary["internal_step"]
     return Answer(
@@ -73,7 +71,7 @@ def move_of(words: str) -> tuple[str, float]:
     return name.strip(), to_si(value, "m")
 
 
-def track_text(drive: Drive | RoutedDrive, found: "Tracking") -> str:
+def track_text(drive: Machine, found: "Tracking") -> str:
     """The text: the figures of the run, and what comes in lists."""
     said = found.summary
     head = f"{drive.title or drive.name}: {said['controller']} on {said['plant']}, {said['observer']}"

@@ -12,7 +12,7 @@ from cabledrive.campaign.rows import plain_value
 from cabledrive.campaign.spec import CampaignSpec, settings_of
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.batch import ChainBatch, batch_of
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.keys import varied_together
 
 Found = tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]
@@ -47,8 +47,7 @@ def plain_rows(
 
 def _build(drive: Any) -> tuple[Any, ...] | None:
     """What loops of one batch have in common; None of what is no plain loop."""
-    plain = isinstance(drive, Drive) and drive.kind == "loop" and not drive.carriage
-    if not plain or any(pulley.fixed for pulley in drive.pulley):
+    if drive.kind != "loop" or drive.carriage or any(pulley.fixed for pulley in drive.pulley):
         return None
     motor = drive.motor
     return (

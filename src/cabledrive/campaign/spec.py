@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from cabledrive.campaign.computation import Computation, NamedComputation, named_computation, values_of
 from cabledrive.campaign.design import Design, design_of
 from cabledrive.campaign.vary import Axis, axes_of, varied_keys
-from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
+from cabledrive.parameters import InputRefused, content_hash, load_drive
 from cabledrive.parameters.fields import described, meaning, require_known
 from cabledrive.parameters.keys import unit_in_file
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.toml_values import read_toml, table_of, text_of, whole_of
 
 TABLES = ("drive", "vary", "design", "compute", "motion", "goals")
@@ -31,7 +31,7 @@ def goal_units() -> dict[str, str]:
     return {**QUANTITIES, "pulses": "count", "order": "count"}
 
 
-def unit_of(key: str, options: Mapping[str, str], drives: Iterable[Drive | RoutedDrive]) -> str:
+def unit_of(key: str, options: Mapping[str, str], drives: Iterable[Machine]) -> str:
     """SI unit of a key, "1" for a plain number, "count" for a whole one, "" for text or true and false.
 
     ``options``: units of the numbers that the computation takes; a key that no drive has is refused.
@@ -70,7 +70,7 @@ def settings_of(values: Mapping[str, Any], space: str) -> dict[str, Any]:
 class CampaignSpec:
     """A campaign, ready to run."""
 
-    drives: dict[str, Drive | RoutedDrive] = meaning("by the name that the SPEC gives")
+    drives: dict[str, Machine] = meaning("by the name that the SPEC gives")
     axes: tuple[Axis, ...] = meaning("dimensions of the design")
     design: Design = meaning("which points are visited")
     computation: Computation = meaning("what is computed for each row")
@@ -179,11 +179,11 @@ def spec_of(
     )
 
 
-def _drives(given: Any, folder: Path) -> dict[str, Drive | RoutedDrive]:
+def _drives(given: Any, folder: Path) -> dict[str, Machine]:
     names = given if isinstance(given, list) else [given]
     if given is None or not names:
         raise InputRefused('drive is missing: write drive = "NAME or path", or a list of them')
-    found: dict[str, Drive | RoutedDrive] = {}
+    found: dict[str, Machine] = {}
     for name in names:
         word = text_of("drive", name)
         beside = folder / word

@@ -26,9 +26,9 @@ from cabledrive.export.translation.program import Program
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
-from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
+from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.reduction.modal_cable import ModalCable, modal_cable
 from cabledrive.reduction.stretch_kernels import (
     cable_middle,
@@ -225,7 +225,7 @@ def system_block(source: ExportSource, what: str) -> Block:
     return _of_law(source, what, program, variables, **calls, **words)
 
 
-def cable_block(drive: Drive | RoutedDrive) -> Block:
+def cable_block(drive: Machine) -> Block:
     """The cable of a drive, translated; refused: two parts whose names are one in C."""
     cable, program = modal_cable(drive), Program()
     state = program.state("cd_cable", "cable", new_stretch_state(cable.numbers))

@@ -11,7 +11,7 @@ import numpy as np
 from cabledrive.control.numbers import BY_LOAD, HIGH, LOW, SCHEDULED
 from cabledrive.control.own_controller import OwnController
 from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.closed_loop.loop import Loop, close_loop
@@ -76,7 +76,7 @@ def read_source(
 
     ``controller``, ``axis``: with a drive. Refused if it is none, or the law cannot be had for the drive.
     """
-    if isinstance(source, Drive | RoutedDrive):
+    if isinstance(source, Machine):
         return designed(as_axis(source, axis), controller)
     folder = Path(str(source)).is_dir()
     if (is_controller_path(str(source)) or folder) and not str(source).endswith(".toml"):
@@ -141,9 +141,9 @@ def _notes(law: ControllerFile) -> tuple[str, ...]:
     return (*settled, LEARNS) if law.name == "darc-indirect" else settled
 
 
-def read_machine(source: Any) -> Drive | RoutedDrive:
+def read_machine(source: Any) -> Machine:
     """A machine, its name or file, or a study's identified one; else refused."""
-    if isinstance(source, Drive | RoutedDrive):
+    if isinstance(source, Machine):
         return source
     place = Path(str(source))
     if place.is_dir() or place.name == FILE:

@@ -24,6 +24,8 @@ from math import log10, pi
 import numpy as np
 from scipy import optimize, stats
 
+from cabledrive.answers.figures import figure
+from cabledrive.answers.result import Result
 from cabledrive.identification.estimates import FEWEST_SEGMENTS, Estimate, factor, solve
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import FrequencyResponse, response_by_segments
@@ -44,10 +46,11 @@ SPREAD = 1e4
 """Each parameter may move by this factor from its start, either way."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ResponseFit:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class ResponseFit(Result):
     """One model fitted to a response."""
 
+    _heading, _table = "model {0.model}", "names: values errors"
     model: int  # {1, 2, 3, 4}
     names: tuple[str, ...]  # parameters that were fitted
     # values, errors: (p,): estimates and standard errors, scaled by the misfit where that exceeds the
@@ -55,8 +58,8 @@ class ResponseFit:
     values: Array
     errors: Array
     fixed: dict[str, float]  # parameters that were given
-    misfit: float  # root mean square of the weighted residual; 1 where the model explains all but the noise
-    criterion: float  # Akaike's, smaller is better
+    misfit: float = figure("1", "misfit over the noise, root mean square", "Fit")
+    criterion: float = figure("1", "Akaike's criterion, smaller is better", "Fit")
     freedom: int
 
     def __getitem__(self, name: str) -> float:

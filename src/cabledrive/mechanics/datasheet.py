@@ -15,7 +15,7 @@ from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described
-from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
+from cabledrive.parameters.route.drive import Machine, RoutedDrive, require_two_pulleys
 
 
 def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
@@ -208,7 +208,7 @@ STIFFNESS_TOLERANCE = 0.2
 SAMPLES_PER_CYCLE = 10.0
 
 
-def drive_warnings(drive: Drive | RoutedDrive) -> tuple[str, ...]:
+def drive_warnings(drive: Machine) -> tuple[str, ...]:
     """Find what in a drive is likely to be a mistake or a limit.
 
     Parameters

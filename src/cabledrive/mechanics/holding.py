@@ -10,7 +10,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.machine import Machine
+from cabledrive.parameters.machine import MachineBase
 
 DRIVE_PULLEY = "drive pulley"
 LOAD_PULLEY = "load pulley"
@@ -21,7 +21,7 @@ FREE, HELD, HOLDING = "free", "held", "holding"
 CONDITIONS = (FREE, HELD, HOLDING)
 
 
-def motor_condition(drive: Machine, motor: str | None = None) -> str:
+def motor_condition(drive: MachineBase, motor: str | None = None) -> str:
     """How the rotor is held in a calculation.
 
     "free": the rotor turns. "held": it does not; behind a flexible joint the drive pulley still turns on the

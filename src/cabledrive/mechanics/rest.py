@@ -15,6 +15,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from cabledrive.answers.figures import figure
+from cabledrive.answers.result import Result
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import at_rest
@@ -54,14 +56,16 @@ class RestingSection:
 
 
 @described
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RestState:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class RestState(Result):
     """A drive at rest."""
 
+    _table, _columns = "sections", "span start end lowest_tension sag"
     sections: tuple[RestingSection, ...] = meaning("upper span first, in order of position")
-    holding_torque: float = meaning(
-        "torque on the drive pulley that balances it [N m]; without the standing torque of a line's "
-        "pretension"
+    holding_torque: float = figure(
+        "N m",
+        "torque on the drive pulley that balances it, without the standing torque of a line's pretension",
+        "At rest",
     )
 
     @property

@@ -15,7 +15,7 @@ from cabledrive.modal.natural import modes, natural_frequencies
 from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 
 NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
 LOWEST = Keys("number: lowest_frequency_free_hz lowest_frequency_held_hz lowest_frequency_holding_hz?")
@@ -71,7 +71,7 @@ def derived_with_lowest(drive: Drive) -> dict[str, Any]:
     return sheet | lowest.as_dict() | {"reasons": sheet["reasons"] | lowest.reasons}
 
 
-def lowest_frequencies(drive: Drive | RoutedDrive) -> LowestFrequencies:
+def lowest_frequencies(drive: Machine) -> LowestFrequencies:
     """Lowest longitudinal natural frequency with the rotor free, held, and on its holding stiffness.
 
     What a user measures on a machine at rest is mostly one of the last two: a stepper, or a servo whose

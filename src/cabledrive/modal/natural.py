@@ -26,8 +26,8 @@ from cabledrive.modal.ranges import (
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
-from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
+from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters.route.drive import Machine, RoutedDrive, refuse_route
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 
 DEFAULT_COUNT = 10
@@ -40,7 +40,7 @@ LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
 
 
 def modes(
-    drive: Drive | RoutedDrive | Chain,
+    drive: Machine | Chain,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -121,7 +121,7 @@ def modes(
 
 
 def _spectrum(
-    drive: Drive | RoutedDrive | Chain,
+    drive: Machine | Chain,
     motor: str | None,
     hold: Sequence[str],
     at_torque: float = 0.0,
@@ -279,7 +279,7 @@ def _off_modes(spectrum: Spectrum, omega: float) -> float:
 
 
 def natural_frequencies(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -317,7 +317,7 @@ def natural_frequencies(
 
 
 def longitudinal_modes(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     *,
     below: float | None = None,
     count: int | None = None,

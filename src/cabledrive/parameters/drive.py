@@ -15,14 +15,14 @@ from cabledrive.parameters.drive_parts import (
 )
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import choice, described, meaning, nearest
-from cabledrive.parameters.machine import Machine
+from cabledrive.parameters.machine import MachineBase
 
 PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
 
 
 @described
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Drive(Machine):
+class Drive(MachineBase):
     """A machine driven by one cable between two pulleys, with the names of its file."""
 
     kind: str = choice(("loop", "line"), "cable loop round two pulleys, or one span with its ends on them")
@@ -34,7 +34,7 @@ class Drive(Machine):
     lumped: Lumped | None = meaning("measured stiffness and damping", None)
 
     def __post_init__(self) -> None:
-        Machine.__post_init__(self)
+        MachineBase.__post_init__(self)
         if len(self.pulley) != 2:
             raise InputRefused(
                 f"pulley: {len(self.pulley)} given, but a drive has 2: the drive pulley, then the load pulley"

@@ -13,7 +13,7 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import write_whole
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.strain_free import POSE, is_pose_key, moved
 from cabledrive.parameters.tables import ARRAYS, drive_from_tables, tables_from_drive
 from cabledrive.parameters.toml_values import content_of, toml_of
@@ -57,7 +57,7 @@ def drive_from_text(text: str, *, overrides: Iterable[str] = ()) -> Drive:
     return cast(Drive, _built(toml_of(text.encode()), overrides))
 
 
-def _built(data: dict[str, Any], overrides: Iterable[str]) -> Drive | RoutedDrive:
+def _built(data: dict[str, Any], overrides: Iterable[str]) -> Machine:
     """The drive of a file's plain data, with settings; a machine with routes is moved once it is whole."""
     pose: dict[str, float] = {}
     for setting in overrides:
@@ -72,8 +72,8 @@ def _built(data: dict[str, Any], overrides: Iterable[str]) -> Drive | RoutedDriv
             pose[key] = float(number)
         else:
             _override(data, setting)
-    drive: Drive | RoutedDrive = drive_from_tables(data)
-    return moved(drive, pose) if pose and isinstance(drive, RoutedDrive) else drive
+    drive: Any = drive_from_tables(data)
+    return moved(drive, pose) if pose else drive
 
 
 def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
@@ -100,7 +100,7 @@ def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
     return write_whole(path, drive_text(drive), force=force)
 
 
-def drive_text(drive: Drive | RoutedDrive) -> str:
+def drive_text(drive: Machine) -> str:
     """Text of the drive's file: SI values, each with its unit.
 
     Parameters

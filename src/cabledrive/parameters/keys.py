@@ -6,17 +6,16 @@ from functools import partial
 from typing import Any, TypeVar
 
 from cabledrive.answers.figures import key_of
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import require_known
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.strain_free import POSE, moved
 
-Machine = TypeVar("Machine", bound=Drive | RoutedDrive)
+Varied = TypeVar("Varied", bound=Machine)
 Steps = tuple[Any, ...]
 
 
-def varied_together(drive: Machine, values: Mapping[str, Any]) -> Machine:
+def varied_together(drive: Varied, values: Mapping[str, Any]) -> Varied:
     """Drive with other values of several keys, those of one table at once; bodies move together."""
     pose = {key: float(value) for key, value in values.items() if _moves(drive, key)}
     try:
@@ -24,7 +23,6 @@ def varied_together(drive: Machine, values: Mapping[str, Any]) -> Machine:
             drive, {_located(drive, key)[0]: value for key, value in values.items() if key not in pose}
         )
         if pose:
-            assert isinstance(found, RoutedDrive)
             found = moved(found, pose)
     except InputRefused as refusal:
         if str(refusal).startswith(tuple(values)):
@@ -34,7 +32,7 @@ def varied_together(drive: Machine, values: Mapping[str, Any]) -> Machine:
     return found
 
 
-def quantity_of(drive: Drive | RoutedDrive, key: str) -> tuple[str, str]:
+def quantity_of(drive: Machine, key: str) -> tuple[str, str]:
     """Unit and meaning of a quantity of the drive: ``unit, meaning``: as in the schema of the drive file."""
     unit, (name, _, last) = unit_in_file(drive, key), key.rpartition(".")
     if unit in ("", "count"):
@@ -44,7 +42,7 @@ def quantity_of(drive: Drive | RoutedDrive, key: str) -> tuple[str, str]:
     return unit, _located(drive, key)[1].metadata["meaning"]
 
 
-def unit_in_file(drive: Drive | RoutedDrive, key: str) -> str:
+def unit_in_file(drive: Machine, key: str) -> str:
     """Unit of a key, "count" of a whole number, "" of a choice; refused: one that no result depends on."""
     if _moves(drive, key):
         return POSE[key.rpartition(".")[2]]
@@ -54,15 +52,13 @@ def unit_in_file(drive: Drive | RoutedDrive, key: str) -> str:
     return str(metadata.get("unit", ""))
 
 
-def _moves(drive: Drive | RoutedDrive, key: str) -> bool:
+def _moves(drive: Machine, key: str) -> bool:
     """Whether a key moves a body."""
     name, dot, last = key.rpartition(".")
-    if not isinstance(drive, RoutedDrive) or not dot or last not in POSE:
-        return False
-    return name in [body.name for body in drive.body]
+    return bool(dot) and last in POSE and name in [body.name for body in getattr(drive, "body", ())]
 
 
-def _located(drive: Drive | RoutedDrive, key: str) -> tuple[Steps, Field[Any]]:
+def _located(drive: Machine, key: str) -> tuple[Steps, Field[Any]]:
     """The way to a key by fields and numbers of entries, and its field."""
     part: Any = drive
     steps: list[Any] = []

@@ -19,7 +19,7 @@ WORDS = ("name", "title", "source")
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Machine(Result):
+class MachineBase(Result):
     """Base of drives: names, instruments, goal; a card by the keys that ``--set`` takes, and a drawing."""
 
     name: str = words("short name")

@@ -11,7 +11,7 @@ from cabledrive.parameters.cable import cable_types
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.machine import MOST_CARRIAGES, WORDS
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import MOVES
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.tables import ARRAYS, KEY, RELATIVE, TABLES, tables_from_drive
@@ -168,7 +168,7 @@ def _field_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
     return schema
 
 
-def content_hash(drive: Drive | RoutedDrive) -> str:
+def content_hash(drive: Machine) -> str:
     """Hash of everything that can change a result: all SI values, not the words around them.
 
     Defaults are left out, so that a key added to the format later leaves the hashes of older drives alone;

@@ -22,7 +22,7 @@ from cabledrive.parameters.drive_parts import (
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import kind_of, nearest, written
 from cabledrive.parameters.machine import SCHEMA_VERSION, WORDS, check_count
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
@@ -60,7 +60,7 @@ OTHER_WORDS = {
 """Words of data sheets that are no keys, each with the key that says it."""
 
 
-def kind_of_machine(drive: Drive | RoutedDrive) -> type:
+def kind_of_machine(drive: Machine) -> type:
     """Which of the two kinds of file a machine is written in."""
     return RoutedDrive if isinstance(drive, RoutedDrive) else Drive
 
@@ -162,7 +162,7 @@ def _value(value: Any, field: dataclasses.Field[Any], key: str) -> Any:
     return value
 
 
-def tables_from_drive(drive: Drive | RoutedDrive, *, words: bool = True) -> dict[str, Any]:
+def tables_from_drive(drive: Machine, *, words: bool = True) -> dict[str, Any]:
     """Write a machine as the plain data of a file: SI, each quantity with its unit, defaults left out.
 
     With ``words``, names and other text without bearing on results, it reads back as an equal machine;

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cabledrive.answers.figures import figure
+from cabledrive.answers.result import Result
 from cabledrive.parameters import InputRefused, NotComputed
 
 PERIODS = 6
@@ -17,14 +19,15 @@ GUESS = 0.01
 """Share of critical damping to assume where nothing has been measured: an estimate, to be named as one."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DecayEstimate:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class DecayEstimate(Result):
     """Damping of one mode."""
 
-    damping: float  # Gamma or c_q, twice the decay rate of the amplitude [1/s]
-    standard_error: float  # of the straight line [1/s]; it knows nothing of damping that is not viscous
-    frequency: float  # of the mode, from the phase [Hz]
-    curvature: float
+    damping: float = figure("1/s", "Gamma or c_q, twice the decay rate of the amplitude", "Decay")
+    # of the straight line; it knows nothing of damping that is not viscous
+    standard_error: float = figure("1/s", "standard error", "Decay")
+    frequency: float = figure("Hz", "frequency of the mode, from the phase", "Decay")
+    curvature: float = figure("1/s", "change of the damping from the first half to the second", "Decay")
     """Change of the damping from the first half of the decay to the second [1/s]; of viscous damping zero
     within its error, positive where Coulomb friction ends the decay."""
 

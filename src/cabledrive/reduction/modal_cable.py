@@ -12,7 +12,7 @@ from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.reduction.fast_simulation import finest_step
 from cabledrive.reduction.network_chain import coupled_modes
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, numbers_of
@@ -48,7 +48,7 @@ class ModalCable:
         return self.numbers.model.slopes.size > 0
 
 
-def modal_cable(drive: Drive | RoutedDrive, sines: int = 8) -> ModalCable:
+def modal_cable(drive: Machine, sines: int = 8) -> ModalCable:
     """The cable of a drive in modes; ``sines``: across each span of a loop.
 
     Refused: a drive that the fast model does not fit, a machine whose ropes run.

@@ -23,7 +23,7 @@ from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import RoutedMotor
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import first_order
@@ -38,7 +38,7 @@ class NoChain(InputRefused):
     """No axis of a machine with routes is a lumped chain, so that there is no controller for it."""
 
 
-def as_axis(drive: Drive | RoutedDrive, axis: str | None = None) -> Drive:
+def as_axis(drive: Machine, axis: str | None = None) -> Drive:
     """A drive for control: itself, or the axis of a machine with routes whose load is named, as "head.x".
 
     Without a name the first axis that is a chain. Refused: no such axis, a load not at the end of it.

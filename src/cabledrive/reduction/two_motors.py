@@ -94,9 +94,9 @@ class TwoMotorMachine:
     left_out: float  # lowest neglected frequency along a line: idlers against spans, waves [rad/s]
 
 
-def is_winched(drive: object) -> bool:
+def is_winched(drive: Any) -> bool:
     """Whether two motors each wind one end of a line whose other end is clamped to a body."""
-    if not isinstance(drive, RoutedDrive) or len(drive.motor) != 2 or len(drive.route) != 2:
+    if len(drive.motors) != 2 or len(drive.route) != 2:
         return False
     ends = [_ends(drive, number) for number in range(2)]
     return all(drum in drive.driven and anchor is not None for drum, anchor in ends)

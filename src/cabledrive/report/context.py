@@ -12,7 +12,7 @@ from cabledrive.modal import Modes, modes, natural_frequencies
 from cabledrive.modal.networks import network_of_drive
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.version import __version__
 from cabledrive.report.words import anchors
 
@@ -25,7 +25,7 @@ _ROOM = 1.1  # more than two digits round off
 class ReportContext:
     """The machines of a report."""
 
-    machines: tuple[Drive | RoutedDrive, ...]  # those like what people bring first, the dissertation's last
+    machines: tuple[Machine, ...]  # those like what people bring first, the dissertation's last
     progress: Callable[[str], None]  # called with a line of text when a longer part of the work begins
 
     @property
@@ -47,7 +47,7 @@ class ReportContext:
         """
         return tuple(self._modes(machine) for machine in self.machines)
 
-    def _modes(self, drive: Drive | RoutedDrive) -> Modes:
+    def _modes(self, drive: Machine) -> Modes:
         self.progress(f"natural modes: {drive.name}")
         if isinstance(drive, RoutedDrive):
             return modes(drive, count=ROUTE_MODES)
@@ -57,9 +57,7 @@ class ReportContext:
         return modes(drive, below=below)
 
 
-def make_context(
-    drives: Sequence[Drive | RoutedDrive], progress: Callable[[str], None] | None = None
-) -> ReportContext:
+def make_context(drives: Sequence[Machine], progress: Callable[[str], None] | None = None) -> ReportContext:
     """Take up the machines of a report, refused without any; progress gets a line for each longer part."""
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
@@ -73,7 +71,7 @@ BROUGHT = ("printer", "corexy", "lift", "elevator", "arm", "axis", "ropeway")
 """Words in the names of machines like those of most readers, first things first."""
 
 
-def _place(drive: Drive | RoutedDrive) -> tuple[bool, int]:
+def _place(drive: Machine) -> tuple[bool, int]:
     """Where a machine stands in a report; others keep their order."""
     name = drive.name.lower()
     found = (number for number, word in enumerate(BROUGHT) if word in name)

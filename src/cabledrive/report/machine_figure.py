@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.parameters import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.report.figures.moving_machine import coordinates
 from cabledrive.report.figures.sheet import body_points, neighbours
@@ -20,7 +19,7 @@ _INK, _BODY = "#222222", "#dfe6ee"
 SIZE = (8.0, 6.0)  # inch
 
 
-def machine_drawing(drive: Drive | RoutedDrive, form: str) -> bytes:
+def machine_drawing(drive: Machine, form: str) -> bytes:
     """The drawing as the content of a file; ``form``, {"svg", "png", "pdf"}."""
     machine = coordinates(drive)
     return file_picture(file_figure(lambda figure: _draw(figure.add_subplot(), machine), SIZE), form)

@@ -10,8 +10,8 @@ import numpy as np
 from markupsafe import Markup
 
 from cabledrive.answers.figures import number, quantity
-from cabledrive.parameters import Drive, content_hash
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters import content_hash
+from cabledrive.parameters.route import Machine
 from cabledrive.report.blocks import (
     Block,
     Chapter,
@@ -42,7 +42,7 @@ MOST_BRANCHES = 10
 
 
 def map_html(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     found: "xr.Dataset",
     excited: Campbell | None = None,
     written_at: datetime | None = None,

@@ -6,8 +6,7 @@ import numpy as np
 
 from cabledrive.modal import Modes
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.parameters import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.report.figures.shapes import draw_mode
 from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture
 from cabledrive.report.words import speed_unit
@@ -24,7 +23,7 @@ MOST_ROWS, MOST_PANELS = 10, 4
 _PANEL_WIDTH, _PANEL_HEIGHT, _MARGINS = 6.4, {False: 1.0, True: 3.2}, 1.4  # inch
 
 
-def mode_figure(drive: Drive | RoutedDrive, found: Modes, *, most: int | None = None) -> "Figure":
+def mode_figure(drive: Machine, found: Modes, *, most: int | None = None) -> "Figure":
     """Draw the lowest modes, each kind in a column, ``most`` of each, one panel each with its shape.
 
     Shapes lie along the unrolled cable of a loop or line, and on a machine with routes.
@@ -45,7 +44,7 @@ def mode_figure(drive: Drive | RoutedDrive, found: Modes, *, most: int | None = 
     return file_figure(draw, (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT[routed] * rows))
 
 
-def mode_picture(drive: Drive | RoutedDrive, found: Modes, form: str, *, most: int | None = None) -> bytes:
+def mode_picture(drive: Machine, found: Modes, form: str, *, most: int | None = None) -> bytes:
     """The picture of a machine's modes as "svg", "png" or "pdf", the same for the same modes."""
     return file_picture(mode_figure(drive, found, most=most), form)
 

@@ -14,7 +14,7 @@ from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph
 from cabledrive.report.context import ReportContext, make_context, provenance
@@ -155,7 +155,7 @@ def _against(
 
 
 def write_report(
-    drives: Sequence[Drive | RoutedDrive],
+    drives: Sequence[Machine],
     path: str | Path,
     *,
     force: bool = False,
@@ -202,7 +202,7 @@ def write_report(
 
 
 def report_html(
-    drives: Sequence[Drive | RoutedDrive],
+    drives: Sequence[Machine],
     *,
     written_at: datetime | None = None,
     progress: Callable[[str], None] | None = None,

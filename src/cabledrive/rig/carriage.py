@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cabledrive.answers.figures import figure
+from cabledrive.answers.result import Result
 from cabledrive.control.load_schedule import ScheduledLaw, scheduled_step
 from cabledrive.control.transporter import STATES, flat_motion, rigid_motion, scheduled_law, shaped
 from cabledrive.mechanics.compiled import njit
@@ -164,10 +166,11 @@ class CarriageMove:
 
 
 @described
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CarriageRun:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class CarriageRun(Result):
     """A run of the transporter."""
 
+    _heading, _table = "{0.law}", "time: wanted payload carriage swing tensions force"
     law: str = meaning("its name")
     time: Array = meaning("(samples,) [s]")
     wanted: Array = meaning("(samples,): displacement asked for [m]")
@@ -176,7 +179,7 @@ class CarriageRun:
     swing: Array = meaning("(samples,): angle of the line [rad]")
     tensions: Array = meaning("(samples, 3): of the strands [N]")
     force: Array = meaning("(samples,): of the motor at the rim [N]")
-    arrival: float = meaning("when the motion is to be over [s]")
+    arrival: float = figure("s", "when the motion is to be over", "Run")
     incomplete: str | None = meaning("why the run ended early")
 
     def residual(self, *, later: float = 0.0) -> float:

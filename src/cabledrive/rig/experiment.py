@@ -15,7 +15,7 @@ from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.reduction.network_axis import as_axis
@@ -168,7 +168,7 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
 
 
 def experiment(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     excitation: Excitation | None = None,
     *,
     model: int | None = None,

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from cabledrive.mechanics.cable_laws import Model
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_own_spans
 from cabledrive.simulation.case import CarriageForce, case_of
 from cabledrive.simulation.error_estimate import check_halves
@@ -24,7 +23,7 @@ from cabledrive.simulation.travel.prepare import travel_case
 
 
 def simulate(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     duration: float,
     *,
     torque: Signal | float | Function | Mapping[str, Signal | float | Function] = 0.0,

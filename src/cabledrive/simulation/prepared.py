@@ -15,8 +15,7 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.sources import digest_with_imports
-from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation import dampers as of
@@ -50,7 +49,7 @@ class PreparedRun(ABC):
     those of all ropes; ``settings`` distinguish the run from others of its drive, scheme and recording.
     """
 
-    machine: Drive | RoutedDrive
+    machine: Machine
     scheme: Scheme
     recording: Recording
     grid: TimeGrid

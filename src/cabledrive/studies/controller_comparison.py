@@ -11,10 +11,10 @@ import numpy as np
 
 from cabledrive.answers.result import Result
 from cabledrive.answers.runs import COSTS, ERRORS
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import one_process
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.laws.controllers import DesignSpec
@@ -98,7 +98,7 @@ NOT_COVERED = (
 
 
 def compare(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     *,
     axis: str | None = None,
     controllers: Sequence[str] | None = None,

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import network_of
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.fields import require_known
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.studies.mode_map import Grid, Mode, distinct, over
 
@@ -100,7 +100,7 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
     return {name: float(rate) for name, rate in zip(names, moving, strict=True)}
 
 
-def frequency_per_speed(drive: Drive | RoutedDrive, order: Order, coordinate: str) -> float:
+def frequency_per_speed(drive: Machine, order: Order, coordinate: str) -> float:
     """Frequency of an excitation per unit speed of a coordinate [Hz s/m], [Hz s/rad]."""
     found = rates(as_machine(drive), coordinate)
     part = order.pulley or order.coordinate or ""

@@ -21,7 +21,7 @@ from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.keys import quantity_of, varied_together
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.drive import require_two_pulleys
 
 if TYPE_CHECKING:
@@ -266,7 +266,7 @@ def _closest(follower: Follower, bracket: list[Station], pair: tuple[int, int]) 
     return middle
 
 
-def stamped(data: "xr.Dataset", drive: Drive | RoutedDrive, title: str) -> "xr.Dataset":
+def stamped(data: "xr.Dataset", drive: Machine, title: str) -> "xr.Dataset":
     """Add title, drive, hash, version and method to a result as attributes."""
     from cabledrive.parameters.version import __version__
 

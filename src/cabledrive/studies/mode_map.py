@@ -10,10 +10,11 @@ import numpy as np
 from cabledrive.mechanics.holding import motor_condition
 from cabledrive.modal import Modes
 from cabledrive.modal import modes as certified_modes
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.keys import quantity_of, varied_together
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.studies.following import stamped
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ FEW = 64
 class Grid(NamedTuple):
     """A machine at every point of a grid, how its motor and bodies are held, and processes that share it."""
 
-    drive: Drive | RoutedDrive
+    drive: Machine
     vary: Vary
     motor: str | None = None
     hold: Sequence[str] = ()
@@ -50,7 +51,7 @@ class Axis(NamedTuple):
 
 
 def map_modes(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     vary: Vary,
     *,
     count: int = 6,
@@ -105,7 +106,7 @@ class Mode(NamedTuple):
     hertz: float
 
 
-def distinct(_: Drive | RoutedDrive, found: Modes | None, below: float) -> dict[str, Any]:
+def distinct(_: Machine, found: Modes | None, below: float) -> dict[str, Any]:
     """Every distinct mode of a point below a frequency [Hz], ascending."""
     listed: list[Mode] = []
     for mode in () if found is None else found.modes:
@@ -120,7 +121,7 @@ def distinct(_: Drive | RoutedDrive, found: Modes | None, below: float) -> dict[
     return {"modes": listed}
 
 
-def _checked(drive: Drive | RoutedDrive, vary: Vary) -> list[Axis]:
+def _checked(drive: Machine, vary: Vary) -> list[Axis]:
     if not vary:
         raise InputRefused("vary: no key is given: name at least one, with its values")
     axes = []
@@ -141,7 +142,7 @@ def _checked(drive: Drive | RoutedDrive, vary: Vary) -> list[Axis]:
     return axes
 
 
-Read = Callable[[Drive | RoutedDrive, Modes | None, Any], dict[str, Any]]
+Read = Callable[[Machine, Modes | None, Any], dict[str, Any]]
 """What a point of a map holds of its modes, up to a number or a frequency; None: it has none."""
 
 
@@ -188,7 +189,7 @@ def _point(job: tuple[Any, ...]) -> dict[str, Any]:
     return read(drive, found, limit) | {"certified": bool(found and found.certified), "reason": reason}
 
 
-def _variables(drive: Drive | RoutedDrive, found: Modes | None, count: int) -> dict[str, Any]:
+def _variables(drive: Machine, found: Modes | None, count: int) -> dict[str, Any]:
     """Variables of a map at one point: frequencies [Hz], padded by NaN."""
     coordinates = coordinates_of(drive)
 
@@ -207,11 +208,9 @@ def _variables(drive: Drive | RoutedDrive, found: Modes | None, count: int) -> d
     }
 
 
-def coordinates_of(drive: Drive | RoutedDrive) -> tuple[str, ...]:
-    """Moves of the bodies of a machine with routes, such as "head.x"."""
-    if not isinstance(drive, RoutedDrive):
-        return ()
-    return tuple(f"{body.name}.{move}" for body in drive.body for move in body.moves)
+def coordinates_of(drive: Machine) -> tuple[str, ...]:
+    """Moves of the bodies of a machine, such as "head.x"."""
+    return tuple(f"{body.name}.{move}" for body in as_machine(drive).body for move in body.moves)
 
 
 def frequency_of_coordinate(found: Modes, name: str) -> float:
@@ -222,7 +221,7 @@ def frequency_of_coordinate(found: Modes, name: str) -> float:
 
 
 def _dataset(
-    drive: Drive | RoutedDrive, axes: list[Axis], points: list[dict[str, Any]], count: int, motor: str
+    drive: Machine, axes: list[Axis], points: list[dict[str, Any]], count: int, motor: str
 ) -> "xr.Dataset":
     import xarray as xr
 

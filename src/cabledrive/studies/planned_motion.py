@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cabledrive.answers.result import Result
 from cabledrive.identification.logs.reading import open_table
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
@@ -16,10 +17,11 @@ from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.units import to_si
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlannedMotion:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class PlannedMotion(Result):
     """A motion, sampled."""
 
+    _table = "time: torque pretension carriage load_torque places torques"
     time: Array  # (n,): from 0, ascending [s]
     torque: Array  # (n,): [N m]
     pretension: Array | None = None  # (n,): [N]; the drive's own unless given

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from cabledrive.parameters import Drive, drive_schema, drive_text
+from cabledrive.parameters import drive_schema, drive_text
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.tables import with_shaft
 from cabledrive.parameters.units import to_si
@@ -179,7 +179,7 @@ _LINE = re.compile(
 )
 
 
-def text_with(text: str, drive: Drive | RoutedDrive, settings: tuple[tuple[str, str], ...]) -> str:
+def text_with(text: str, drive: Machine, settings: tuple[tuple[str, str], ...]) -> str:
     """The text that describes a drive: settings put into its own lines, or the drive written anew."""
     if not settings:
         return text

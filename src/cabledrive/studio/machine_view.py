@@ -17,8 +17,8 @@ from cabledrive.mechanics.network.span_table import span_rows
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.parameters import Drive, InputRefused, NotComputed, packaged_drives
-from cabledrive.parameters.route.drive import RoutedDrive, require_two_pulleys
+from cabledrive.parameters import InputRefused, NotComputed, packaged_drives
+from cabledrive.parameters.route.drive import Machine, RoutedDrive, require_two_pulleys
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs
@@ -143,7 +143,7 @@ def _shown(desk: Desk, state: State, look: Look) -> dict[str, Any]:
         return {"refusal": str(refusal), "key": field_of_refusal(groups, str(refusal))}
 
 
-def _seen(drive: Drive | RoutedDrive, look: Look) -> dict[str, Any]:
+def _seen(drive: Machine, look: Look) -> dict[str, Any]:
     found = modes(drive, count=look.count, motor=look.motor or None)
     rows = mode_rows(found)
     row = min(look.row, len(rows) - 1)
@@ -166,7 +166,7 @@ def _seen(drive: Drive | RoutedDrive, look: Look) -> dict[str, Any]:
     }
 
 
-def _sheet(drive: Drive | RoutedDrive) -> dict[str, Sequence[Sequence[Cell]]]:
+def _sheet(drive: Machine) -> dict[str, Sequence[Sequence[Cell]]]:
     """The datasheet: heading, then words and quantities."""
     if not isinstance(drive, RoutedDrive):
         return {group.title: group.rows for group in derived_table(derived_with_lowest(drive)).groups}

@@ -14,10 +14,10 @@ from urllib.parse import parse_qsl, urlencode
 from starlette.requests import Request
 
 from cabledrive.modal import modes
-from cabledrive.parameters import Drive, InputRefused, load_drive, packaged_drives
+from cabledrive.parameters import InputRefused, load_drive, packaged_drives
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.files import require_regular
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.toml_values import toml_of
 from cabledrive.studio.jobs import Jobs
 from cabledrive.studio.library import LONGEST_TEXT, Library
@@ -73,7 +73,7 @@ def state_of(query: str, first: State) -> State:
     return State(drive=drive, settings=tuple((key.strip(), value) for key, _, value in parted))
 
 
-def drive_of(library: Library, state: State) -> Drive | RoutedDrive:
+def drive_of(library: Library, state: State) -> Machine:
     """The drive of a state. Raises `InputRefused` as `load_drive` does."""
     return drive_from_text(library.text(state.drive), overrides=state.overrides)
 

@@ -4,8 +4,8 @@ from typing import Any
 
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.parameters import Drive, content_hash
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters import content_hash
+from cabledrive.parameters.route import Machine, RoutedDrive
 
 OF_PULLEYS = "closed formulas of the datasheet; lowest frequencies by the exact dynamic stiffness"
 OF_ROUTES = "tangents and balance of forces; lowest frequencies by the exact dynamic stiffness"
@@ -13,7 +13,7 @@ OF_ROUTES = "tangents and balance of forces; lowest frequencies by the exact dyn
 
 @subcommand('cabledrive check elevator --set cable.pretension="20 kN"', (saves_answer, machine_argument))
 def command(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     plot: NewFile | None = opt(
         "picture", "Draw the machine from its coordinates into FILE, ending in .png, .svg or .pdf."
     ),
@@ -88,7 +88,7 @@ def _checked_route(drive: RoutedDrive) -> Answer:
     return _answer(drive, data, [*tables, lines], OF_ROUTES)
 
 
-def _answer(drive: Drive | RoutedDrive, data: dict[str, Any], parts: list[str], method: str) -> Answer:
+def _answer(drive: Machine, data: dict[str, Any], parts: list[str], method: str) -> Answer:
     from cabledrive.mechanics.datasheet import drive_warnings
 
     warnings = drive_warnings(drive)

@@ -7,8 +7,7 @@ from pathlib import Path
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.options import force_option, machine_argument, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.parameters import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 
 METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
 WORKERS = 2
@@ -19,7 +18,7 @@ WORKERS = 2
     (force_option, machine_argument),
 )
 def command(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     texts: tuple[str, ...] = opt(
         "KEY=FROM:TO[:N]",
         "A key of the drive file, or a move such as head.x, with its range; repeatable. Keys joined "

@@ -2,15 +2,14 @@
 
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.parameters import Drive
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 
 
 @subcommand("cabledrive modes elevator --below 20 --plot modes.svg", (saves_answer, machine_argument))
 def command(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     below: float | None = opt("Hz", "Every mode below this frequency."),
     count: int | None = opt("count", "The first N frequencies of each kind instead; default: 10."),
     motor: str | None = opt(

@@ -11,7 +11,7 @@ from cabledrive.app.options import force_option, machine_argument, option, subco
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.tracked import move_of
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ _NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", 
 )
 @option("--resume", "flag", "Resume an interrupted run.")
 def command(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     output: NewFile | None,
     plot: NewFile | None,
     animate: NewFile | None,
@@ -104,7 +104,7 @@ def command(
     machine: Any = drive  # a loop or a line where these two are given
     if animate is not None:
         options["fields"] = fields_to_animate(machine, options)
-    from cabledrive.simulation import Recording
+    from cabledrive.simulation import Recording, simulate
 
     torque = _torque(options["torque_amplitude"], options["torque_frequency"])
     kept: dict[str, Any] = {} if output is None else {"output": output.path, "force": output.force}
@@ -122,8 +122,6 @@ def command(
             **kept,
         )
     else:
-        from cabledrive.simulation import simulate
-
         own = (_of_route if routed else _of_loop)(machine, torque, options)
         result = simulate(
             drive,
@@ -235,7 +233,7 @@ def method_of(result: Any) -> str:
     return f"{words}{method['friction']} friction" + (", bodies travel" if method.get("travels") else "")
 
 
-def run_text(drive: Drive | RoutedDrive, result: Any, asked: float) -> str:
+def run_text(drive: Machine, result: Any, asked: float) -> str:
     """Lines of the answer; ``asked``: duration of the run [s]."""
     found = result.summary()
     short = f" of {asked:.6g} s asked for" if result.stopped else ""

@@ -2,8 +2,7 @@
 
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 
 METHOD = "strings under their weight, ends moving with the building"
@@ -15,7 +14,7 @@ NOTE = "Steady state across the plane of the machine; ropes touch nothing, the b
     (saves_answer, machine_argument),
 )
 def command(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     building: float = opt("Hz", "Frequency at which the building sways.", required=True),
     amplitude: float = opt(
         "m", "Its horizontal amplitude at the highest part of the machine.", required=True

@@ -18,8 +18,8 @@ from cabledrive.app.options import (
 )
 from cabledrive.app.results import Answer, NewFile
 from cabledrive.app.tracked import answer_of_run, two_motor_answer
-from cabledrive.parameters import Drive, load_drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters import load_drive
+from cabledrive.parameters.route import Machine, RoutedDrive
 
 OF_THE_RIG = (
     *("observer", "feedback", "encoder_phase", "ideal_sensors", "smooth_friction", "as_printed"),
@@ -114,7 +114,7 @@ METHOD = "inertias and links in steps of second order between samples, friction 
     metavar="FILE.html",
 )
 def command(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     log_file: NewFile | None,
     animate: NewFile | None,
     plant_settings: tuple[str, ...],

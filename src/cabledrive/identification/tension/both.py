@@ -17,6 +17,8 @@ from math import hypot, pi, sqrt
 import numpy as np
 from scipy import stats
 
+from cabledrive.answers.figures import Row
+from cabledrive.answers.result import Result
 from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.time_check import quantum_of
@@ -271,10 +273,20 @@ BANDWIDTH = 40.0
 """Of force and angle by default [Hz]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SpanTensions:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SpanTensions(Result):
     """Tension at the load pulley over time."""
 
+    _table = "time: upper lower"
+    _shown = tuple(
+        Row(
+            f"mean_{span}",
+            f"Mean tension of the {span} span",
+            "N",
+            "{0[0]:.4g} N, {0[1]:.4g} to {0[2]:.4g} N".format,
+        )
+        for span in ("upper", "lower")
+    )
     time: Array  # (samples,) [s]
     # upper, lower: (samples,) [N]
     upper: Array

@@ -14,10 +14,10 @@ from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.signals import zero_phase
 from cabledrive.identification.tension.families import ALIKE, Peaks, falling, peaks_of
 from cabledrive.modal import longitudinal_modes
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 
 PARTIALS = 6
 """Tones are searched up to this mode of a span."""
@@ -79,9 +79,7 @@ class PreparedRecording:
         return 1 if self.factor == 2.0 else 2
 
 
-def prepared_recording(
-    log: Log, drive: Drive | RoutedDrive, name: str, teeth: dict[str, Array]
-) -> PreparedRecording:
+def prepared_recording(log: Log, drive: Machine, name: str, teeth: dict[str, Array]) -> PreparedRecording:
     """Make a channel of a recording ready; ``teeth``: certified modes of each span [Hz]."""
     values = log.channel(name)
     if np.ptp(values) == 0.0:
@@ -146,9 +144,7 @@ def prepared_recording(
     )
 
 
-def _without_pulley_modes(
-    frequency: Array, amplitude: Array, drive: Drive | RoutedDrive, top: float
-) -> Array:
+def _without_pulley_modes(frequency: Array, amplitude: Array, drive: Machine, top: float) -> Array:
     """The spectrum without longitudinal modes and the harmonics that rounding and stretch make of them."""
     cleared = amplitude.copy()
     for mode in longitudinal_modes(drive, below=top):
@@ -158,7 +154,7 @@ def _without_pulley_modes(
     return cleared
 
 
-def _without_sidebands(peaks: Peaks, drive: Drive | RoutedDrive, high: float) -> Peaks:
+def _without_sidebands(peaks: Peaks, drive: Machine, high: float) -> Peaks:
     """Peaks without pairs that a turning pulley puts on both sides of a louder one."""
     turning = np.array([mode.frequency for mode in longitudinal_modes(drive, below=high)])
     kept = np.ones(peaks.frequency.size, dtype=bool)

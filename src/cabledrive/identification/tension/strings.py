@@ -22,7 +22,7 @@ from cabledrive.modal.tuning import section_frequencies
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 
 HEARD = ("sound", "acceleration")
 """Channels that hear a knock on the machine as well as a span."""
@@ -46,7 +46,7 @@ COUPLED = 1e-3
 class PingedString:
     """A span, or a section of one, as its ping is read."""
 
-    drive: Drive | RoutedDrive  # its pretension serves as a first guess
+    drive: Machine  # its pretension serves as a first guess
     span: str
     modes: Array  # (modes,): its first frequencies as the file has it [Hz]
     # tension [N] at which a mode, by its number from 1, has a frequency [Hz]

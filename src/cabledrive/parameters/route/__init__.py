@@ -1,7 +1,7 @@
 """Machines of kind "route": any number of pulleys, bodies and cables, in the words of the file."""
 
 from cabledrive.parameters.cable import Rope
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan, Place
 from cabledrive.parameters.route.parts import (
     Anchor,
@@ -17,6 +17,7 @@ __all__ = [
     "Anchor",
     "Body",
     "FreeSpan",
+    "Machine",
     "Place",
     "Rope",
     "Route",

@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeAlias
 
 from cabledrive.parameters.cable import Rope
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import choice, described, meaning, nearest
-from cabledrive.parameters.machine import Machine
+from cabledrive.parameters.machine import MachineBase
 from cabledrive.parameters.route.geometry import FreeSpan, Place, spans_of_route
 from cabledrive.parameters.route.parts import (
     Anchor,
@@ -49,7 +50,7 @@ def require_two_pulleys(drive: Any, what: str) -> Any:
 
 @described
 @dataclass(frozen=True, kw_only=True, repr=False)
-class RoutedDrive(Machine):
+class RoutedDrive(MachineBase):
     """A machine whose cables run over any number of pulleys, with the names of its file."""
 
     kind: str = choice(("route",), "the ways of the cables are listed", "route")
@@ -63,7 +64,7 @@ class RoutedDrive(Machine):
     motor: tuple[RoutedMotor, ...] = meaning("in the order of the file", ())
 
     def __post_init__(self) -> None:
-        Machine.__post_init__(self)
+        MachineBase.__post_init__(self)
         if not self.route:
             raise InputRefused("route: none given: list the way of at least one cable under [[route]]")
         # a name calls one pulley or anchor of a path, and one body; `--hold` must know which is meant
@@ -234,3 +235,7 @@ def _carriage_place(drive: RoutedDrive, number: int) -> tuple[int, float]:
         f"carriage.{number}.position = {carriage.position:.9g} m lies outside its route of {total:.9g} m of "
         "free spans: move it inside"
     )
+
+
+Machine: TypeAlias = Drive | RoutedDrive
+"""A machine, whichever form its file has."""

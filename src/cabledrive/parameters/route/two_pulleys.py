@@ -6,7 +6,7 @@ from typing import Any
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import (
     Route,
     RoutedCarriage,
@@ -30,7 +30,7 @@ _MOTOR = (
 )
 
 
-def as_machine(drive: Drive | RoutedDrive, *, loaded: bool = False) -> RoutedDrive:
+def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
     """A drive with two pulleys as a machine with routes; its "upper" span leads from drive to load pulley.
 
     If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused.

@@ -15,7 +15,7 @@ from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.figures.sheet import Point, Sheet, draw_route
 from cabledrive.report.machine.rest import sag_of, tension_at
@@ -71,7 +71,7 @@ class DrawnMachine:
     pulleys: list[DrawnPulley]
 
 
-def moving_machine(drive: Drive | RoutedDrive, mode: Mode | None) -> Markup:
+def moving_machine(drive: Machine, mode: Mode | None) -> Markup:
     """The machine, with the motion of a mode as data of the drawing."""
     sheet = Sheet()
     drawn = draw_machine(sheet, drive, tensions=True)
@@ -85,7 +85,7 @@ def moving_machine(drive: Drive | RoutedDrive, mode: Mode | None) -> Markup:
     return Markup(drawing.replace("<svg ", f'<svg data-motion="{escape(motion)}" ', 1))
 
 
-def sketch(drive: Drive | RoutedDrive) -> Markup:
+def sketch(drive: Machine) -> Markup:
     """A machine without words, for a card."""
     sheet = Sheet(wordless=True)
     machine = coordinates(drive)
@@ -95,7 +95,7 @@ def sketch(drive: Drive | RoutedDrive) -> Markup:
     return sheet.svg(size)
 
 
-def coordinates(drive: Drive | RoutedDrive) -> RoutedDrive:
+def coordinates(drive: Machine) -> RoutedDrive:
     """A machine in coordinates; a loop or line level or upright as it mostly stands, the load right or up."""
     machine = as_machine(drive)
     if isinstance(drive, RoutedDrive) or abs(drive.layout.inclination) < pi / 4:
@@ -105,7 +105,7 @@ def coordinates(drive: Drive | RoutedDrive) -> RoutedDrive:
     return replace(machine, pulley=(first, replace(second, at=(0.0, height))))
 
 
-def draw_machine(sheet: Sheet, drive: Drive | RoutedDrive, *, tensions: bool = False) -> DrawnMachine:
+def draw_machine(sheet: Sheet, drive: Machine, *, tensions: bool = False) -> DrawnMachine:
     """Draw all but the spans, which of a loop or a line sag to the scale of their length."""
     routed = isinstance(drive, RoutedDrive)
     machine = coordinates(drive)

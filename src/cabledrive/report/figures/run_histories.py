@@ -8,8 +8,8 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.modal import modes, natural_frequencies
-from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.report.picture import SPAN_COLOURS, TEXT, Hue, file_figure, file_picture, label, log_axis
 from cabledrive.simulation import SimulationResult
 from cabledrive.simulation.network import NetworkResult
@@ -108,7 +108,7 @@ DECADES = 4.0
 LONGEST_TITLE = 88
 
 
-def spectrum_marks(drive: Drive | RoutedDrive) -> tuple[tuple[float, str], ...]:
+def spectrum_marks(drive: Machine) -> tuple[tuple[float, str], ...]:
     """Frequency [Hz] and kind of certified modes up to three times the lowest longitudinal one.
 
     Transverse ones only of a loop or a line and where they are few.
@@ -167,7 +167,7 @@ def draw_spectrum(
     axes.set(xlim=(0.0, min(top, hertz[-1])), xlabel="frequency [Hz]", ylabel=curve.axis)
 
 
-def run_plot(drive: Drive | RoutedDrive, result: SimulationResult | NetworkResult, form: str) -> bytes:
+def run_plot(drive: Machine, result: SimulationResult | NetworkResult, form: str) -> bytes:
     """Histories and spectrum of a run as a "svg", "png" or "pdf", the same for the same run.
 
     Refused with too few records for a spectrum.

@@ -12,7 +12,7 @@ from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.report.figures.sheet import drawn_machine
 from cabledrive.report.picture import SPAN_COLOURS, Hue, picture
 
@@ -46,7 +46,7 @@ def unrolled(mode: Mode, drive: Drive) -> dict[str, tuple[Array, Array]]:
     }
 
 
-def shapes_picture(name: str, drive: Drive | RoutedDrive, modes: Sequence[Mode]) -> Markup:
+def shapes_picture(name: str, drive: Machine, modes: Sequence[Mode]) -> Markup:
     """Draw modes, one panel each; ``name``: unique on the page."""
     rows = -(-len(modes) // 2)
 
@@ -90,7 +90,7 @@ TURN = 0.6
 MOVES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
 
 
-def draw_mode(axes: "Axes", drive: Drive | RoutedDrive, mode: Mode, *, last: bool = False) -> None:
+def draw_mode(axes: "Axes", drive: Machine, mode: Mode, *, last: bool = False) -> None:
     """One mode: at rest, or along the unrolled cable of a loop or line, whose last panel names the places."""
     if isinstance(drive, RoutedDrive):
         _draw_on_machine(axes, drive, mode)

@@ -8,7 +8,7 @@ from cabledrive.modal import Modes
 from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.report.blocks import Cell, Figure, Table, table
 from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import mode_title, shapes_picture
@@ -35,7 +35,7 @@ BADGES = {
 """Words and tone of each verdict."""
 
 
-def resonance_words(drive: Drive | RoutedDrive) -> tuple[Badge, tuple[str, ...], Table | None]:
+def resonance_words(drive: Machine) -> tuple[Badge, tuple[str, ...], Table | None]:
     """Verdict on the internal resonance, its reasons, its pairs; or why it cannot be computed."""
     try:
         found = resonance(drive)
@@ -100,7 +100,7 @@ UNROLLED = {
 }
 
 
-def shapes(drive: Drive | RoutedDrive, name: str, modes: Modes) -> Figure:
+def shapes(drive: Machine, name: str, modes: Modes) -> Figure:
     """The lowest mode shapes: along the unrolled cable, or on a machine with routes."""
     across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
     if isinstance(drive, RoutedDrive):

@@ -9,8 +9,7 @@ from typing import Any
 from cabledrive.answers.figures import MOST_PARTS, Row, given, key_of, number, shown
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
-from cabledrive.parameters import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
 from cabledrive.report.figures.moving_machine import coordinates, moving_machine
 from cabledrive.report.typesetting import capital
@@ -32,7 +31,7 @@ SEEN = (
 )
 
 
-def drawing(drive: Drive | RoutedDrive, name: str) -> Figure:
+def drawing(drive: Machine, name: str) -> Figure:
     """The machine from its coordinates, spans coloured by tension."""
     machine = coordinates(drive)
     ropes = f"{len(machine.route)} {'rope' if len(machine.route) == 1 else 'ropes'}"
@@ -41,7 +40,7 @@ def drawing(drive: Drive | RoutedDrive, name: str) -> Figure:
     return Figure(name=f"drawing-{name}", alt=alt, caption=SEEN, drawing=moving_machine(drive, None))
 
 
-def data_table(drive: Drive | RoutedDrive) -> Table:
+def data_table(drive: Machine) -> Table:
     """The values of the drive file, part by part; of many of a kind the first."""
     groups, left = [], []
     for own in fields(drive):

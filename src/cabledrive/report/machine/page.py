@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 from cabledrive.answers.figures import number
 from cabledrive.mechanics import drive_warnings
 from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
-from cabledrive.parameters import Drive, content_hash
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters import content_hash
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import Block, Section, Table
 from cabledrive.report.context import ReportContext
@@ -99,7 +99,7 @@ def machine_view(context: ReportContext, place: int) -> View:
     )
 
 
-def _sections(drive: Drive | RoutedDrive, name: str, pairs: Table | None) -> Iterator[Section]:
+def _sections(drive: Machine, name: str, pairs: Table | None) -> Iterator[Section]:
     """What applies to a machine; some formulas are of a loop or a line."""
     machine = as_machine(drive)
     hanging, simple, derived = (list[Block]() for _ in range(3))

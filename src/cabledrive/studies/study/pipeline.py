@@ -9,7 +9,7 @@ from cabledrive.answers.figures import Row
 from cabledrive.answers.result import Result
 from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.setting import check_record
 from cabledrive.studies.study import stage_cache
@@ -45,7 +45,7 @@ class StudyResult(Findings, Result):
 
 
 def run_study(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     logs: Sequence[Path] = (),
     goals: Goals | None = None,
     *,
