@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from cabledrive.studies import frequency_against
     from cabledrive.studies.controller_comparison import compare
     from cabledrive.studies.mode_map import map_modes
-    from cabledrive.studies.route_pairs import resonance
+    from cabledrive.studies.resonance import resonance
     from cabledrive.studies.study import run_study
 
 # Loaded when first asked for, with the libraries they need.
@@ -79,7 +79,7 @@ __getattr__ = on_demand(
         "modes": "modal",
         "natural_frequencies": "modal",
         "read_log": "identification.logs.reading",
-        "resonance": "studies.route_pairs",
+        "resonance": "studies.resonance",
         "response": "identification.log_response",
         "run_study": "studies.study",
         "run_sweep": "campaign",

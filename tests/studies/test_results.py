@@ -41,7 +41,7 @@ SMALL = {
     "DerivedQuantities": lambda: cd.derived_quantities(LOOP),
     "Modes": lambda: cd.modes(LOOP, count=2),
     "ResonanceSummary": lambda: cd.resonance(LOOP),
-    "RouteResonance": lambda: cd.resonance(cd.load_drive("serpentine")),
+    "ResonanceSummary of routes": lambda: cd.resonance(cd.load_drive("serpentine")),
     "SimulationResult": lambda: cd.simulate(LOOP, 1e-3),
     "NetworkResult": lambda: cd.simulate(ROUTED, 1e-4),
     "Tracking": lambda: cd.track(LOOP, controller="pd"),

@@ -15,7 +15,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import static_state, static_strain
 from cabledrive.reduction.threshold import mode_thresholds
-from cabledrive.studies.alarm import alarm, growth_along, route_alarm
+from cabledrive.studies.alarm import alarm, growth_along
 from cabledrive.studies.motion_response import _tensions
 from cabledrive.studies.pair_thresholds import ONE_TO_TWO, coupled_pairs
 from cabledrive.studies.planned_motion import PlannedMotion, read_motion
@@ -47,9 +47,9 @@ def test_a_loop_as_a_route_has_the_alarm_of_the_loop(share, measured):
     route = damped_route(loop)
     pairs = route_resonance(route)
     time = np.linspace(0.0, 1.5, 15_001)
-    torque = share * pairs.threshold_torque * np.sin(2.0 * np.pi * pairs.longitudinal_hz * time)
+    torque = share * pairs.threshold_torque * np.sin(2.0 * np.pi * pairs.pulley_frequency * time)
     motion = PlannedMotion(time=time, torque=torque)
-    expected, found = alarm(loop, motion), route_alarm(route, motion)
+    expected, found = alarm(loop, motion), alarm(route, motion)
     assert found.verdict == expected.verdict
     first = [max(one.largest for one in who.modes if one.number == 1) for who in (expected, found)]
     measured(f"{share} of the threshold: {1e3 * first[0]:.4g} mm, as a route {1e3 * first[1]:.4g} mm")
@@ -129,10 +129,10 @@ def test_a_move_of_the_head_passes_a_resonance_that_the_machine_at_rest_has_not(
     time = np.linspace(0.0, 0.4, 2001)
     head = 0.06 + 0.30 * time / 0.4
     motion = PlannedMotion(time=time, torque=np.zeros(time.size), places={"head.x": head})
-    found = route_alarm(machine, motion)
+    found = alarm(machine, motion)
     passing = [one for one in found.passages if one.passes and one.kind == "1:2"]
     assert any(one.span in ("left clamp to motor", "upper idler to right clamp") for one in passing)
-    still = route_alarm(machine, replace(motion, places={"head.x": np.full(time.size, 0.2)}))
+    still = alarm(machine, replace(motion, places={"head.x": np.full(time.size, 0.2)}))
     assert not any(one.passes for one in still.passages)
     assert found.poses == 13
     assert still.poses == 1
@@ -144,7 +144,7 @@ def test_a_smooth_move_excites_nothing_though_modes_enter_and_leave_the_list():
     time = np.linspace(0.0, way.duration, 2001)
     place, _, rate = way(time, 2)
     places, torque = {"head.x": 0.2 + place}, 0.0386 * rate / np.abs(rate).max()
-    found = route_alarm(machine, PlannedMotion(time=time, torque=torque, places=places))
+    found = alarm(machine, PlannedMotion(time=time, torque=torque, places=places))
     assert found.verdict == "safe"
     assert found.largest_transverse < 6e-5, found.largest_transverse
 
@@ -170,7 +170,7 @@ def test_a_place_that_the_machine_cannot_take_is_refused_in_one_line():
     machine = cd.load_drive(str(PRINTER))
     time = np.linspace(0.0, 0.1, 11)
     with pytest.raises(cd.InputRefused, match="give places as columns"):
-        route_alarm(machine, PlannedMotion(time=time, torque=np.full(11, 50.0)))
+        alarm(machine, PlannedMotion(time=time, torque=np.full(11, 50.0)))
 
 
 # --- Pairs near internal resonance of machines with routes, against those of a loop
@@ -178,10 +178,12 @@ def test_thresholds_of_a_loop_as_a_route_are_those_of_the_loop():
     """Of the first order in torque: the loop's 1:2 thresholds add the share of the third harmonic."""
     loop = damped_loop()
     found = route_resonance(damped_route(loop))
-    pulley = 2 * pi * found.longitudinal_hz
+    pulley = 2 * pi * found.pulley_frequency
     expected = [pair for pair in coupled_pairs(loop, pulley) if pair.kind == "1:2" and pair.numbers == (1, 1)]
     own = [
-        p for p in found.pairs if p.plane == "w" and abs(p.longitudinal_hz / found.longitudinal_hz - 1) < 1e-9
+        p
+        for p in found.pairs
+        if p.plane == "w" and abs(p.longitudinal_hz / found.pulley_frequency - 1) < 1e-9
     ]
     assert len(own) == len(expected) == 2
     for one, other in zip(own, expected, strict=True):

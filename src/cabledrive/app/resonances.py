@@ -1,6 +1,6 @@
-"""What `resonance` says of loops, of machines with routes and of a planned motion."""
+"""What `resonance` says of a machine and of a planned motion."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from math import isfinite, pi
 from typing import Any
@@ -8,29 +8,38 @@ from typing import Any
 from cabledrive.answers.figures import Row, aligned, quantity
 from cabledrive.answers.keys import Keys
 from cabledrive.answers.runs import ALARMED
-from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.datasheet import largest_pretension, warnings_of_rest
-from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.holding import HOLDING
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
 from cabledrive.report.blocks import listed, table_text
-from cabledrive.report.machine.tables import ENDS, PAIR, PLANE, ROUTE_PAIR, pair_data, pairs_table, several
-from cabledrive.studies.alarm import AlarmResult, route_alarm
-from cabledrive.studies.planned_motion import read_motion
-from cabledrive.studies.resonance import Remedy, ResonanceSummary, sensitivity
-from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION, InstabilityMargin
+from cabledrive.report.machine.tables import ENDS, NEAR, PAIR, PLANE, ROUTE_PAIR, pairs_table, several
+from cabledrive.studies.alarm import AlarmResult
+from cabledrive.studies.resonance import Remedy, sensitivity
+from cabledrive.studies.resonance_detuning import (
+    NO_EXCITATION,
+    OF_A_MOTION,
+    InstabilityMargin,
+    ResonanceSummary,
+)
 from cabledrive.studies.resonance_map import SteadyBranch
-from cabledrive.studies.route_pairs import RouteResonance, route_resonance
 from cabledrive.studies.route_path import Passage
 
 MOST_PAIRS, MOST_PASSAGES, LARGEST_MODES, LARGEST_PASSAGES = 12, 50, 3, 5
-METHOD_OF_ROUTES = "exact modes of the network, coupling by exact integrals, first-order instability"
+NO_PAIR = "No pair lies within 10 % (1:2) or 5 % (sum) of resonance."
+SPRUNG = "The motor is on its holding stiffness."
 EXCITED = {"none": "", "direct": "directly, through sag", "parametric": "parametrically"}
+PASSAGE = Keys(
+    "kind span plane longitudinal_hz transverse_hz detuning_hz passes time "
+    "amplitude_over_threshold=amplitude",
+    of=Passage,
+)
 ALARM = Keys(
-    "verdict estimate_with_changes=changed slack modes",
+    "verdict estimate_with_changes=changed slack modes poses passages",
     dict.fromkeys(("largest_transverse", "estimate_with_changes", "lowest_tension"), "the motion diverges"),
+    {"passages": PASSAGE},
     of=AlarmResult,
     figures=ALARMED,
 )
@@ -49,11 +58,6 @@ PASSED = (
     Row("amplitude", "Amplitude over steady threshold", "", 3),
     AT,
 )
-PASSAGE = Keys(
-    "kind span plane longitudinal_hz transverse_hz detuning_hz passes time "
-    "amplitude_over_threshold=amplitude",
-    of=Passage,
-)
 REGION = Keys("growth_rate=growth pulley_amplitude=amplitude slack", of=InstabilityMargin)
 REMEDY = Keys("change value text", {"value": "no value within reach is enough"}, of=Remedy)
 BRANCH = Keys(
@@ -61,17 +65,21 @@ BRANCH = Keys(
     {"onset": "the branch is not connected to the state of rest"},
     of=SteadyBranch,
 )
-SUMMARY = Keys("* verdict reasons", of=ResonanceSummary)
-LOOP = Keys(
-    "text: motor texts: warnings number: load_torque? rows: pairs remedies branches? object: motion? "
-    "instability_region? map: sensitivity? tuned_pretension_under_load?",
+SUMMARY = Keys(
+    "* verdict reasons motor warnings=left_out nearest_span certified",
+    {
+        "nearest_span": "the ratio is that of an empty span",
+        "certified": "pairs of a loop or a line are those of the sagging cable, whose modes are not counted",
+    },
+    of=ResonanceSummary,
+)
+OWN = Keys("number: transverse_frequency_hz? frequency_ratio? tuned_pretension?", also=(NEAR, PAIR))
+RESONANCE = Keys(
+    "number: load_torque? rows: pairs remedies? branches? object: motion? instability_region? "
+    "map: sensitivity? tuned_pretension_under_load?",
     {"tuned_pretension_under_load": "no pretension in reach tunes it"},
     parts={
-        "pairs": Keys(
-            "count: second_number? number: second_transverse_hz? transverse_frequency_hz? frequency_ratio? "
-            "tuned_pretension?",
-            also=(PAIR,),
-        ),
+        "pairs": (OWN, Keys("", also=(NEAR, ROUTE_PAIR))),
         "remedies": REMEDY,
         "branches": BRANCH,
         "instability_region": Keys(
@@ -83,47 +91,36 @@ LOOP = Keys(
     },
     also=(SUMMARY,),
 )
-OF_ROUTES = Keys(
-    "* nearest_span detuning verdict reasons motor certified warnings=left_out",
-    of=RouteResonance,
-)
-ROUTE = Keys(
-    "number: tuned_pretension rows: pairs object: motion?",
-    {"tuned_pretension": "on a machine with routes the tensions follow from statics"},
-    parts={
-        "pairs": Keys("number: second_transverse_hz?", also=(ROUTE_PAIR,)),
-        "motion": Keys("text: motor count: poses rows: passages", parts={"passages": PASSAGE}, also=(ALARM,)),
-    },
-    also=(OF_ROUTES,),
-)
 
 
 def loop_data(
-    drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...], load_torque: float = 0.0
+    drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...], load_torque: float
 ) -> dict[str, Any]:
-    """The summary as JSON gives it, SI, Hz where the key says so; under a torque on the load [N m]."""
-    data = SUMMARY(found)
+    """What JSON has of loops and lines alone, SI, Hz where the key says so; under a load's torque [N m]."""
+    data: dict[str, Any] = {
+        "warnings": warnings_of_rest(drive),
+        "remedies": [REMEDY(change) for change in changes],
+    }
     if found.instability is not None:
+        acting, region = found.torque or 0.0, found.instability
         model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-        required = required_detuning(model, found.torque) / (2 * pi)
-        data["instability_region"] = REGION(found.instability) | {
-            "detuning_hz": found.instability.distance / (2 * pi),
-            "half_width_hz": found.instability.half_width / (2 * pi),
+        required = required_detuning(model, acting) / (2 * pi)
+        data["instability_region"] = REGION(region) | {
+            "detuning_hz": region.distance / (2 * pi),
+            "half_width_hz": region.half_width / (2 * pi),
             "required_detuning_hz": required if isfinite(required) else None,
         }
-        data["sensitivity"] = sensitivity(drive, found.torque, load_torque)
+        data["sensitivity"] = sensitivity(drive, acting, load_torque)
     if found.split:
         data |= {"load_torque": load_torque, "tuned_pretension_under_load": found.split}
-    data["pairs"] = [pair_data(pair, found.pairs) for pair in found.coupled]
-    data |= {"warnings": warnings_of_rest(drive), "remedies": [REMEDY(change) for change in changes]}
-    return LOOP(data)
+    return RESONANCE(data)
 
 
-def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> str:
-    """The summary for people."""
-    parts = _summary(drive, found)
-    if any((pair.tuned_pretension or 0.0) > largest_pretension(drive) for pair in found.pairs):
-        parts.append(f"Beyond {quantity(largest_pretension(drive), 'N')} the cable leaves its elastic range.")
+def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> list[str]:
+    """What people read of loops and lines alone."""
+    parts, limit = [], largest_pretension(drive)
+    if any(pair.tuning and (pair.tuning.tuned_pretension or 0.0) > limit for pair in found.pairs):
+        parts.append(f"Beyond {quantity(limit, 'N')} the cable leaves its elastic range.")
     if found.split:
         tuned = (f"{span} {'-' if v is None else quantity(v, 'N')}" for span, v in found.split.items())
         parts.append(f"under the steady load each span is tuned at its own pretension: {', '.join(tuned)}")
@@ -132,18 +129,22 @@ def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]
         others = [change.text for change in changes if not change.enough]
         lines = ("changes that make it safe, each alone:", *indented((*enough, *others)))
         parts.append("\n".join(lines))
-    parts += ["\n".join(f"Warning: {line}." for line in warnings_of_rest(drive))]
-    return "\n\n".join(filter(None, parts))
+    lines = (
+        *(f"Warning: {line}." for line in warnings_of_rest(drive)),
+        *([SPRUNG] * (found.motor == HOLDING)),
+    )
+    return [*parts, *(["\n".join(lines)] if lines else [])]
 
 
-def _summary(
-    drive: Drive | RoutedDrive, found: ResonanceSummary | RouteResonance, none: str = ""
-) -> list[str]:
-    """Verdict, figures and pairs; ``none``: what is said where there are no pairs."""
+def summary_text(drive: Drive | RoutedDrive, found: ResonanceSummary) -> list[str]:
+    """Verdict, figures, pairs, and what is left out."""
     head = (drive.title or drive.name, "", f"verdict: {found.verdict}", *indented(found.reasons))
-    pairs = pairs_table(found, MOST_PAIRS)
-    figures = "\n".join(aligned(found.figures))
-    return ["\n".join(head), figures, none if pairs is None else table_text(pairs)]
+    pairs, parts = pairs_table(found, MOST_PAIRS), ["\n".join(head), "\n".join(aligned(found.figures))]
+    if found.nearest_span:
+        nearest = f"nearest is the first transverse mode of {found.nearest_span}"
+        parts.append(f"Motor {found.motor}; {nearest}.")
+    parts.append(NO_PAIR if pairs is None else table_text(pairs))
+    return [*parts, *(f"{words[0].upper()}{words[1:]}." for words in found.left_out)]
 
 
 def branches_text(branches: tuple[SteadyBranch, ...], torque: float) -> str:
@@ -178,32 +179,9 @@ def alarm_text(judged: AlarmResult) -> str:
     return "\n\n".join([head, *(table_text(listed("", rows, things)) for rows, things in both if things)])
 
 
-def of_motion(found: ResonanceSummary | RouteResonance, judged: AlarmResult, rest: Sequence[str] = ()) -> Any:
+def of_motion(found: ResonanceSummary, judged: AlarmResult) -> ResonanceSummary:
     """The summary whose verdict is that of a planned motion where no excitation is given."""
     if found.verdict != NO_EXCITATION:
         return found
-    reasons = (f"of the planned motion: {judged.reasons[0]}", *rest)
+    reasons = (f"of the planned motion: {judged.reasons[0]}", *found.reasons[1:])
     return replace(found, verdict=OF_A_MOTION[judged.verdict], reasons=reasons)
-
-
-def route_answer(
-    drive: RoutedDrive, torque: float | None, motion_file: str | None, floor: float, limit: float
-) -> Answer:
-    """The answer for a machine with routes, with the verdict on a planned motion where a file has one.
-
-    ``torque``: amplitude of the verdict [N m], default: that of [excitation]; ``floor``, ``limit`` [m].
-    """
-    found, judged = route_resonance(drive, torque=torque), None
-    if motion_file is not None:
-        judged = route_alarm(drive, read_motion(motion_file, drive), floor=floor, limit=limit)
-        found = of_motion(found, judged)
-    data = ROUTE(OF_ROUTES(found) | {"tuned_pretension": None})
-    data["pairs"] = [pair_data(pair) for pair in found.pairs]
-    parts = _summary(drive, found, "No pair lies within 10 % (1:2) or 5 % (sum) of resonance.")
-    parts.insert(2, f"Motor {found.motor}; nearest is the first transverse mode of {found.nearest_span}.")
-    parts += [words[0].upper() + words[1:] + "." for words in found.left_out]
-    if judged is not None:
-        near = [PASSAGE(one) for one in judged.passages[:MOST_PASSAGES]]
-        data["motion"] = ALARM(judged) | {"motor": FREE, "poses": judged.poses, "passages": near}
-        parts.append(alarm_text(judged))
-    return Answer(data=data, text="\n\n".join(parts), provenance=provenance(drive, method=METHOD_OF_ROUTES))

@@ -33,7 +33,7 @@ ANSWERS = {
     "map": ("app.maps:MAP",),
     "modes": ("report.words:LISTED",),
     "report": ("app.commands.report:PAGE_OF_DRIVES", "app.commands.report:PAGE_OF_A_STORE"),
-    "resonance": ("app.resonances:LOOP", "app.resonances:ROUTE"),
+    "resonance": ("app.resonances:RESONANCE",),
     "response": ("app.identified:MEASURED", "app.identified:COMPUTED"),
     "sensitivity": ("campaign.results:INDICES", "campaign.results:EFFECTS"),
     "shaper": ("report.printer_tables:ANSWER", "report.printer_tables:PRINTER"),

@@ -87,9 +87,13 @@ class AlarmResult(Result):
     poses: int = 1
 
 
-def alarm(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4) -> AlarmResult:
+def alarm(
+    drive: Drive | RoutedDrive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4
+) -> AlarmResult:
     """Whether a motion makes transverse vibrations grow from a ``floor`` beyond a ``limit`` [m]."""
     check_amplitudes(floor, limit)
+    if isinstance(drive, RoutedDrive):
+        return route_alarm(drive, motion, floor, limit)
     prepared = prepare(drive, motion, floor=floor)
     driven = prepared.response()
     grown = prepared.response(floor=floor)
@@ -287,11 +291,8 @@ ASSUMPTIONS = (
 )
 
 
-def route_alarm(
-    drive: RoutedDrive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4
-) -> AlarmResult:
+def route_alarm(drive: RoutedDrive, motion: PlannedMotion, floor: float, limit: float) -> AlarmResult:
     """Whether a motion makes a span vibrate beyond a ``limit`` [m] from a ``floor`` [m] of every mode."""
-    check_amplitudes(floor, limit)
     path = path_of(drive, motion)
     displacement, amplitude, time, ended = growth_along(path, floor, MOST * limit)
     largest = float(displacement[[DRIVEN, GROWN]].max())

@@ -9,6 +9,7 @@ With q of frequency W and amplitude Q, transverse modes a and b of one stretch g
 and a = b is the 1:2 resonance. There the third harmonic's share is added, as in (A.22).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
 from typing import Any, NamedTuple
@@ -18,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.modal import Mode
+from cabledrive.modal.tuning import Pair, resonant_pairs
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
@@ -56,6 +58,12 @@ class NearPair:
     # amplitude of the torque at the (first) motor and the longitudinal frequency above which they grow [N m]
     threshold_torque: float | None
     reason: str = ""  # why there is none
+    tuning: Pair | None = None  # of the 1:2 pairs of a loop's pulley mode
+
+    @property
+    def second_transverse_hz(self) -> float | None:
+        """Of the sum type the other transverse mode [Hz]."""
+        return self.transverse_hz[1] if self.kind == SUM else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,10 +73,15 @@ class CoupledPair(NearPair):
     section: tuple[float, float]  # unstretched ends of the free stretch [m]
     numbers: tuple[int, int]  # of the transverse modes; twice the same for 1:2
 
+    @property
+    def second_number(self) -> int | None:
+        """Of the sum type that of the other transverse mode."""
+        return self.numbers[1] if self.kind == SUM else None
+
 
 def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
     """1:2 pairs of the pulley mode [rad/s] and others near, Eq. (A.33), lowest threshold first."""
-    state = static_state(drive, segments=_SEGMENTS)
+    own, state = resonant_pairs(drive), static_state(drive, segments=_SEGMENTS)
     modes = longitudinal_modes(drive, state, HIGHEST * pulley_mode)
     numbers = [
         range(1, min(max(FEWEST, int(0.6 * pulley_mode * part.travel_time / pi) + 1), MOST) + 1)
@@ -78,9 +91,9 @@ def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
     found = []
     for k, natural in enumerate(model.natural):
         if 0.0 < natural <= HIGHEST * pulley_mode:
-            own = abs(natural / pulley_mode - 1.0) < 1e-9
+            tuned = own if abs(natural / pulley_mode - 1.0) < 1e-9 else None
             for r, part in enumerate(stretches):  # the other plane has the same pairs
-                found += _of_stretch(model, k, r, part, all_of_them=own)
+                found += _of_stretch(model, k, r, part, tuned)
     return tuple(sorted(found, key=by_threshold))
 
 
@@ -90,18 +103,25 @@ def by_threshold(pair: Any) -> tuple[float, float]:
 
 
 def _of_stretch(
-    model: StretchModel, k: int, r: int, part: TransverseShapes, *, all_of_them: bool
+    model: StretchModel, k: int, r: int, part: TransverseShapes, tuned: Sequence[Pair] | None
 ) -> list[CoupledPair]:
+    """Pairs of a longitudinal mode on a stretch; ``tuned``: of the pulley mode, whose 1:2 are all listed."""
     natural, found = float(model.natural[k]), []
     still = abs(model.torque_shape[k]) <= 1e-9 * np.max(np.abs(model.torque_shape))
     detunings, count = natural - np.add.outer(part.omega, part.omega), part.omega.size
     off = np.abs(detunings) / natural
-    if all_of_them:
+    if tuned is not None:
         np.fill_diagonal(off, 0.0)
     # A stretch that the mode does not strain is listed as well, with the reason.
     strength = np.maximum(np.abs(model.coupling[k, r, :count, :count]), 1e-300 * np.eye(count))
     for a, b in near_pairs(strength, off):
         torque = inf if still else _threshold(model, k, r, a, b, float(detunings[a, b]))
+        own = (
+            pair
+            for pair in (tuned if tuned and a == b else ())
+            if (pair.span, pair.number) == (part.span, a + 1)
+            and np.allclose(pair.section, part.ends, rtol=0.0, atol=1e-9 * part.ends[1])
+        )
         found.append(
             CoupledPair(
                 kind=ONE_TO_TWO if a == b else SUM,
@@ -113,6 +133,7 @@ def _of_stretch(
                 detuning_hz=float(detunings[a, b]) / (2 * pi),
                 threshold_torque=torque if isfinite(torque) else None,
                 reason="" if isfinite(torque) else STILL if still else TOO_FAR,
+                tuning=next(own, None),
             )
         )
     return found

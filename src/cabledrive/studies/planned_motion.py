@@ -85,7 +85,7 @@ COLUMNS = {"time": "s", "torque": "N m", "pretension": "N", "carriage": "m", "lo
 
 
 def read_motion(
-    path: str | Path, machine: RoutedDrive | None = None, *, torque: bool = True
+    path: str | Path, machine: Drive | RoutedDrive | None = None, *, torque: bool = True
 ) -> PlannedMotion:
     """Read a planned motion from a CSV or TSV file.
 
@@ -94,9 +94,9 @@ def read_motion(
     path : path-like
         With a head such as ``time [s], torque [N m], pretension [N], carriage [mm], load torque [N m]``. Time
         and torque are needed; time starts at 0 and ascends. A column without a unit is in SI.
-    machine : RoutedDrive, optional
-        Whose motion it is: torque is that of its first motor, ``torque NAME [N m]`` that of another motor's
-        pulley, and ``head.x [m]`` the place of a body.
+    machine : Drive or RoutedDrive, optional
+        Whose motion it is: of routes torque is that of the first motor, ``torque NAME [N m]`` that of another
+        motor's pulley, and ``head.x [m]`` the place of a body.
     torque : bool, default True
         Whether the torque is needed; else it is zero where the file gives places alone.
 
@@ -110,7 +110,9 @@ def read_motion(
         If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
     path, columns, places, torques = Path(path), COLUMNS, dict[str, str](), dict[str, str]()
-    if machine is not None:  # bodies and the motors behind the first, by the words of their column
+    if isinstance(
+        machine, RoutedDrive
+    ):  # bodies and the motors behind the first, by the words of their column
         moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
         motors = [machine.pulley[number].name for number in machine.driven[1:]]
         places = {name.lower().replace("_", " "): name for name in moves}

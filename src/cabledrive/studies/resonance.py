@@ -1,75 +1,32 @@
-"""Is a drive near its internal resonance: ratio, threshold, verdict with reasons; what brings it out."""
+"""Is a machine near its internal resonance: ratio, threshold, verdict with reasons; what brings it out."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite, pi
 
 import numpy as np
 
-from cabledrive.answers.figures import figure
-from cabledrive.answers.result import Result
 from cabledrive.mechanics.datasheet import elastic_range, largest_pretension
-from cabledrive.modal.tuning import Pair, pulley_mode, resonant_pairs, span_frequency, tuned_pretension
+from cabledrive.mechanics.holding import motor_condition
+from cabledrive.modal.tuning import pulley_mode, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.drive import RoutedDrive, refuse_route, require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
 from cabledrive.studies import resonance_detuning as regions
-from cabledrive.studies.pair_thresholds import CoupledPair, coupled_pairs
-from cabledrive.studies.resonance_detuning import SAFE, SHOWN, InstabilityMargin
+from cabledrive.studies.pair_thresholds import coupled_pairs
+from cabledrive.studies.resonance_detuning import SAFE, InstabilityMargin, ResonanceSummary
+from cabledrive.studies.route_pairs import route_resonance
 
 SLACK_SHARE = 0.01
 """Torque for the verdict where no limit is known, as a share of the slack torque."""
 
 GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
-
-SLACK = "the spans go slack before any torque does this"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class ResonanceSummary(Result):
-    """What there is to say about the internal resonance of a drive; None: see ``missing``."""
-
-    _table = "coupled"
-
-    frequency_ratio: float | None = figure(
-        "1", "Frequency ratio, first transverse of an empty span over pulley mode", SHOWN, default=None
-    )
-    detuning: float | None = figure("1", "Detuning, ratio - 1/2", SHOWN, default=None)
-    tuned_pretension: float | None = figure("N", "Tuned pretension, ratio 1/2", SHOWN, default=None)
-    threshold_torque: float | None = figure("N m", "Threshold torque, tuned", SHOWN, default=None)
-    verdict: str  # {"resonant", "close", "safe", "no excitation given"}
-    pulley_frequency: float | None = figure(
-        "Hz", "Pulley mode", SHOWN, key="pulley_frequency_hz", default=None
-    )
-    # of the verdict; where no excitation is given, of the other figures
-    torque: float = figure("N m", "Torque of these figures", SHOWN)
-    threshold_here: float | None = figure(
-        "N m",
-        "Threshold torque, as given",
-        SHOWN,
-        SLACK,
-        key="threshold_torque_at_own_pretension",
-        default=None,
-    )
-    growth_torque: float | None = figure(
-        "N m", "Tenfold growth in 1 s, tuned", SHOWN, SLACK, key="tenfold_growth_torque", default=None
-    )
-    # below which friction keeps the pulley mode from growing
-    coulomb_onset: float | None = figure(
-        "N m", "No growth below, by Coulomb friction", SHOWN, SLACK, key="coulomb_onset_torque", default=None
-    )
-    instability: InstabilityMargin | None = None
-    pairs: tuple[Pair, ...] = ()  # of the pulley mode, with their tuned pretensions
-    coupled: tuple[CoupledPair, ...] = ()  # of it and of others near resonance, with their thresholds
-    reasons: tuple[str, ...]  # of the verdict
-    missing: dict[str, str]  # why a number does not exist, by its name
-    split: dict[str, float | None] = field(default_factory=dict)  # tuned under a steady load, by span [N]
 
 
 def default_torque(drive: Drive) -> float:
@@ -81,14 +38,42 @@ def default_torque(drive: Drive) -> float:
 
 
 def resonance(
-    drive: Drive, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
+    drive: Drive | RoutedDrive, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
 ) -> ResonanceSummary:
-    """Ratio, tuned pretension, threshold and verdict of a loop or line under a ``torque`` [N m].
+    """Frequency ratio, threshold torque, pairs near resonance and verdict of a machine.
 
-    Ratio, tuned pretension and its threshold are those without ``load_torque`` [N m], which splits the tuning
-    of the spans; ``details``: list the pairs and find the torque of tenfold growth, most of the time's work.
+    Parameters
+    ----------
+    drive : Drive or RoutedDrive
+    torque : float, optional
+        Amplitude of the verdict [N m]; default: that of the file's [excitation]. Where there is neither, the
+        verdict is "no excitation given", and the figures of a loop or a line are those at its torque limit
+        or, without one, 1 % of the slack torque.
+    load_torque : float, default 0.0
+        Steady torque on the load pulley [N m], which splits the tuning of the spans; on loops and lines.
+        Ratio, tuned pretension and its threshold are those without it.
+    details : bool, default True
+        Whether to list the pairs of a loop or a line, and to find its torque of tenfold growth, which take
+        most of the time.
+
+    Returns
+    -------
+    ResonanceSummary
+        Of a machine with routes with its pairs near 1:2 and of sum type, Eq. (N.11), and without the figures
+        that need a pretension to choose.
+
+    Raises
+    ------
+    InputRefused
+        If the torque is negative, the steady one takes a span's tension away, or a cable runs.
+    NotComputed
+        If a span hangs slack at rest.
     """
-    require_two_pulleys(drive, "`resonance`")
+    if isinstance(drive, RoutedDrive):
+        if load_torque:
+            refuse_route("`resonance` under a load torque")
+        return route_resonance(drive, torque=torque)
+    motor = motor_condition(require_two_pulleys(drive, "`resonance`"))
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None
     if torque is None and stated is not None:
         torque = stated * drive.motor.torque_limit  # type: ignore[union-attr, operator]  # checked with the file
@@ -103,7 +88,7 @@ def resonance(
         names = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque", "pulley_frequency")
         missing = dict.fromkeys((*names, "threshold_here", "growth_torque", "coulomb_onset"), str(refusal))
         why = (f"no 1:2 pair in range: {refusal}",)
-        return ResonanceSummary(verdict=SAFE, torque=tau, reasons=why, missing=missing)
+        return ResonanceSummary(verdict=SAFE, torque=tau, reasons=why, missing=missing, motor=motor)
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     instability = regions.instability_margin(model, tau)
     divided = ", where carriages divide the spans and no section is near 1:2," if drive.carriage else ""
@@ -136,13 +121,13 @@ def resonance(
         growth_torque=growth if growth is not None and isfinite(growth) else None,
         coulomb_onset=coulomb_onset_torque(model),
         instability=instability,
-        pairs=resonant_pairs(drive) if details else (),
-        coupled=coupled_pairs(drive, model.natural) if details else (),
+        pairs=coupled_pairs(drive, model.natural) if details else (),
         reasons=(
             *((f"{regions.STATE_ONE}; the figures are those at {tau:.4g} N m",) if torque is None else ()),
             *_reasons(drive, model, at_tuning, instability, tau, tuned),
         ),
         missing=missing,
+        motor=motor,
         split=regions.split_tunings(model) if load_torque else {},
     )
 

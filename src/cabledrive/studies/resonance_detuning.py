@@ -1,10 +1,12 @@
 """Detuning of a drive from the instability region of a torque, and whether what acts reaches it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from cabledrive.answers.figures import figure
+from cabledrive.answers.result import Result
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import RoutedDrive
@@ -16,6 +18,7 @@ from cabledrive.reduction.threshold import (
     pulley_amplitude,
 )
 from cabledrive.studies.excitation_orders import frequency_per_speed
+from cabledrive.studies.pair_thresholds import NearPair
 
 BUILD_UP = 10.0
 """How long the torque has acted when the verdict is given [s]."""
@@ -32,6 +35,7 @@ OF_A_MOTION = {"safe": SAFE, "dangerous": RESONANT, "unknown": "unknown"}
 """The verdict of a planned motion, where that is all that excites a machine."""
 SHOWN = "Internal resonance"
 """Heading of the figures of a result."""
+SLACK = "the spans go slack before any torque does this"
 STATE_ONE = "state one by --torque, --motion or [excitation]"
 
 
@@ -47,6 +51,57 @@ class InstabilityMargin:
     growth: float  # growth rate of a vanishing motion [1/s]
     amplitude: float  # pulley mode's amplitude q under the torque [m]
     slack: bool  # whether that amplitude is where a span goes slack
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class ResonanceSummary(Result):
+    """What there is to say about the internal resonance of a machine; None: see ``missing``."""
+
+    _table = "pairs"
+
+    frequency_ratio: float | None = figure(
+        "1", "Frequency ratio, first transverse mode of a span over pulley mode", SHOWN, default=None
+    )
+    detuning: float | None = figure("1", "Detuning, ratio - 1/2", SHOWN, default=None)
+    tuned_pretension: float | None = figure("N", "Tuned pretension, ratio 1/2", SHOWN, default=None)
+    # of a machine with routes the lowest of its pairs
+    threshold_torque: float | None = figure(
+        "N m", "Threshold torque, at the tuned pretension if there is one", SHOWN, default=None
+    )
+    verdict: str  # {"resonant", "close", "safe", "unknown", "no excitation given"}
+    pulley_frequency: float | None = figure(
+        "Hz", "Pulley mode", SHOWN, key="pulley_frequency_hz", default=None
+    )
+    # of the verdict; where no excitation is given, on a loop or a line of the other figures
+    torque: float | None = figure("N m", "Torque of these figures", SHOWN, STATE_ONE)
+    threshold_here: float | None = figure(
+        "N m",
+        "Threshold torque, as given",
+        SHOWN,
+        SLACK,
+        key="threshold_torque_at_own_pretension",
+        default=None,
+    )
+    growth_torque: float | None = figure(
+        "N m", "Tenfold growth in 1 s, tuned", SHOWN, SLACK, key="tenfold_growth_torque", default=None
+    )
+    # below which friction keeps the pulley mode from growing
+    coulomb_onset: float | None = figure(
+        "N m", "No growth below, by Coulomb friction", SHOWN, SLACK, key="coulomb_onset_torque", default=None
+    )
+    pairs: tuple[
+        NearPair, ...
+    ] = ()  # of the pulley mode and of others near resonance, lowest threshold first
+    reasons: tuple[str, ...]  # of the verdict
+    missing: dict[str, str]  # why a number does not exist, by its name
+    motor: str  # how the rotors are held
+    instability: InstabilityMargin | None = None  # of a loop or a line
+    split: dict[str, float | None] = field(default_factory=dict)  # tuned under a steady load, by span [N]
+    # with routes: the span of the ratio, nearest to 1:2; whether the list of modes is complete and straight
+    # ropes are a model of them; what the pairs do not hold, and why their modes are not certified
+    nearest_span: str | None = None
+    certified: bool | None = None
+    left_out: tuple[str, ...] = ()
 
 
 def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:

@@ -17,19 +17,23 @@ from math import pi, sqrt
 
 import numpy as np
 
-from cabledrive.answers.figures import figure
-from cabledrive.answers.result import Result
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal import Mode
 from cabledrive.modal.natural import straight_modes
-from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route.drive import RoutedDrive, refuse_route
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.studies import pair_thresholds as near
-from cabledrive.studies.resonance import ResonanceSummary
-from cabledrive.studies.resonance import resonance as resonance_of_loop
-from cabledrive.studies.resonance_detuning import SHOWN, STATE_ONE, acting_torque, verdict_of
+from cabledrive.studies.resonance_detuning import ResonanceSummary, acting_torque, verdict_of
 
 NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond small angles"
+MISSING = {
+    **dict.fromkeys(
+        ("tuned_pretension", "threshold_here", "growth_torque"),
+        "on a machine with routes the tensions follow from statics",
+    ),
+    "threshold_torque": "no pair that the first motor excites is near",
+    "coulomb_onset": "Coulomb friction is not included on a machine with routes",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,43 +46,9 @@ class RoutePair(near.NearPair):
     threshold_amplitude: float  # largest strain of the longitudinal mode above which they grow [-]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class RouteResonance(Result):
-    """Internal resonances of a machine with routes."""
-
-    _table = "pairs"
-
-    pairs: tuple[RoutePair, ...]  # the lowest threshold first
-    longitudinal_hz: float = figure("Hz", "Lowest longitudinal mode in which a pulley turns", SHOWN)
-    nearest_span: str  # the span whose first transverse mode is nearest to half of it
-    frequency_ratio: float = figure(
-        "1", "Frequency ratio, first transverse of the nearest span over it", SHOWN
-    )
-    motor: str  # how the rotors are held
-    certified: bool  # whether the list of modes is complete and straight ropes are a model of them
-    certified_reason: str | None  # why not: what is left out, such as sag, and by how much it moves a mode
-    threshold_torque: float | None = figure(
-        "N m", "Threshold torque", SHOWN, "no pair that the first motor excites is near"
-    )
-    torque: float | None = figure("N m", "Torque of the verdict", SHOWN, STATE_ONE)
-    verdict: str  # {"resonant", "close", "safe", "unknown", "no excitation given"}
-    reasons: tuple[str, ...]  # of the verdict
-
-    @property
-    def detuning(self) -> float:
-        """Frequency ratio minus one half."""
-        return self.frequency_ratio - 0.5
-
-    @property
-    def left_out(self) -> tuple[str, ...]:
-        """What the pairs do not hold, and why their modes are not certified."""
-        doubt = (f"modes not certified: {self.certified_reason}",) if self.certified_reason else ()
-        return (f"not included: {NOT_INCLUDED}", *doubt)
-
-
 def route_resonance(
     drive: RoutedDrive, *, torque: float | None = None, motor: str | None = None
-) -> RouteResonance:
+) -> ResonanceSummary:
     """Pairs near 1:2 and of sum type, Eq. (N.11), of routes whose cables do not run; ``torque`` [N m]."""
     acting = acting_torque(drive, torque)
     near.refuse_running(drive, "a pair of modes")
@@ -101,18 +71,22 @@ def route_resonance(
     pairs = tuple(sorted(_pairs(waves), key=near.by_threshold))
     thresholds = [(pair.longitudinal_hz, pair.threshold_torque) for pair in pairs]
     verdict, reasons = verdict_of(acting, thresholds)
-    return RouteResonance(
+    ratio = nearest.frequency / pulley.frequency
+    doubt = (f"modes not certified: {found.certified_reason}",) if found.certified_reason else ()
+    return ResonanceSummary(
         pairs=pairs,
-        longitudinal_hz=pulley.frequency,
+        pulley_frequency=pulley.frequency,
         nearest_span=nearest.span or "",
-        frequency_ratio=nearest.frequency / pulley.frequency,
+        frequency_ratio=ratio,
+        detuning=ratio - 0.5,
         motor=found.motor,
         certified=found.certified,
-        certified_reason=found.certified_reason,
+        left_out=(f"not included: {NOT_INCLUDED}", *doubt),
         threshold_torque=min((torque for _, torque in thresholds if torque is not None), default=None),
         torque=None if acting is None else acting.amplitude,
         verdict=verdict,
         reasons=reasons,
+        missing=MISSING,
     )
 
 
@@ -145,40 +119,3 @@ def _pairs(waves: near.Waves) -> Iterator[RoutePair]:
                 threshold_torque=torque,
                 reason="" if turn else "the first motor does not turn in this longitudinal mode",
             )
-
-
-def resonance(
-    drive: Drive | RoutedDrive, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
-) -> ResonanceSummary | RouteResonance:
-    """Frequency ratio, threshold torque, pairs near resonance and verdict of a machine.
-
-    Parameters
-    ----------
-    drive : Drive or RoutedDrive
-    torque : float, optional
-        Amplitude of the verdict [N m]; default: that of the file's [excitation]. Where there is neither, the
-        verdict is "no excitation given", and the figures of a loop or a line are those at its torque limit
-        or, without one, 1 % of the slack torque.
-    load_torque : float, default 0.0
-        Steady torque on the load pulley [N m], which splits the tuning of the spans; on loops and lines.
-    details : bool, default True
-        Whether to list the pairs of a loop or a line, and to find its torque of tenfold growth, which take
-        most of the time.
-
-    Returns
-    -------
-    ResonanceSummary or RouteResonance
-        The second of a machine with routes: its pairs near 1:2 and of sum type, Eq. (N.11).
-
-    Raises
-    ------
-    InputRefused
-        If the torque is negative, the steady one takes a span's tension away, or a cable runs.
-    NotComputed
-        If a span hangs slack at rest.
-    """
-    if not isinstance(drive, RoutedDrive):
-        return resonance_of_loop(drive, torque=torque, load_torque=load_torque, details=details)
-    if load_torque:
-        refuse_route("`resonance` under a load torque")
-    return route_resonance(drive, torque=torque)

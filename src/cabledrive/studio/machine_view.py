@@ -30,9 +30,8 @@ from cabledrive.report.picture import WIDE
 from cabledrive.report.typesetting import typeset_words
 from cabledrive.report.words import certificate_line
 from cabledrive.studies.planned_motion import read_motion
-from cabledrive.studies.resonance import ResonanceSummary
+from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_map import growth_map
-from cabledrive.studies.route_pairs import RouteResonance, resonance
 from cabledrive.studio import guard as pages
 from cabledrive.studio.commands import map_option
 from cabledrive.studio.form import field_of_refusal, groups_of, text_with
@@ -203,7 +202,13 @@ def resonance_page(request: Request) -> Response:
     else:
         try:
             found = resonance(drive, torque=amplitude)
-            words |= _verdict(found) | ({"why_none": NO_MAP} if isinstance(found, RouteResonance) else {})
+            words |= {
+                "verdict": found.verdict,
+                "reasons": [typeset_words(line) for line in found.reasons],
+                "facts": found.figures,
+                "pairs": pairs_table(found, MOST_PAIRS),
+                "why_none": NO_MAP if found.nearest_span else "",
+            }
         except (InputRefused, NotComputed) as refusal:
             words["why_none"] = f"{NONE_HERE}: {refusal}."
     options = [f"--torque={torque}"] if torque else []
@@ -231,16 +236,5 @@ def resonance_map(request: Request) -> Response:
     chosen = request.query_params.get("motion")
     motion = read_motion(desk.logs.path(chosen)) if chosen else None
     with _ONE_AT_A_TIME:
-        html = resonance_map_page(_map(drive, torque=found.torque), motion=motion)
+        html = resonance_map_page(_map(drive, torque=found.torque or 0.0), motion=motion)
     return HTMLResponse(html + TELLS_HEIGHT, headers={"content-security-policy": FRAMED})
-
-
-def _verdict(found: ResonanceSummary | RouteResonance) -> dict[str, Any]:
-    """Verdict, figures and pairs."""
-    pairs = pairs_table(found, MOST_PAIRS)
-    return {
-        "verdict": found.verdict,
-        "reasons": [typeset_words(words) for words in found.reasons],
-        "facts": found.figures,
-        "pairs": pairs,
-    }

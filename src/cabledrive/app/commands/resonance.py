@@ -1,5 +1,7 @@
 """`cabledrive resonance`: how near a drive is to its internal resonance, and what would help."""
 
+from dataclasses import replace
+
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
@@ -8,7 +10,9 @@ from cabledrive.parameters.route import RoutedDrive
 
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
+METHOD_OF_ROUTES = "exact modes of the network, coupling by exact integrals, first-order instability"
 SEED = 0
+OF_LOOPS = 'supports drives of kind "loop" or "line" only: leave it out'
 ALONE = "belongs to --motion FILE: add that, or leave it out"
 
 
@@ -53,78 +57,67 @@ def command(
     other longitudinal modes and of sum type are listed with their threshold torques. With --motion a planned
     motion is checked as well: how far the cable moves across, excited directly through sag or parametrically.
     """
-    if isinstance(drive, RoutedDrive):
-        from cabledrive.app.resonances import route_answer
-
-        why = 'supports drives of kind "loop" or "line" only: leave it out'
-        refuse_given("load_torque", "with_branches", "map_file", why=why)
-        if motion_file is None:
-            refuse_given("floor", "limit", why=ALONE)
-        return route_answer(drive, torque, motion_file, floor, limit)
     import numpy as np
 
     from cabledrive.app.resonances import (
         ALARM,
         BRANCH,
+        MOST_PASSAGES,
+        SUMMARY,
         alarm_text,
         branches_text,
         loop_data,
         loop_text,
         of_motion,
+        summary_text,
     )
-    from cabledrive.mechanics.holding import (
-        FREE,
-        HOLDING,
-        left_out_under_torque,
-        motor_condition,
-        released,
-    )
+    from cabledrive.mechanics.holding import FREE, left_out_under_torque, released
+    from cabledrive.report.machine.tables import pair_data
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.planned_motion import read_motion
     from cabledrive.studies.resonance import remedies, resonance
     from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, RESONANT
     from cabledrive.studies.resonance_map import steady_branches
 
+    loop = None if isinstance(drive, RoutedDrive) else drive
+    if loop is None:
+        refuse_given("load_torque", "with_branches", "map_file", why=OF_LOOPS)
     if motion_file is None:
         refuse_given("floor", "limit", why=ALONE)
-    else:
+    elif loop is not None:
         tell_given("load_torque", why="is not for --motion, which takes that of its file")
     found = resonance(drive, torque=torque, load_torque=load_torque)
-    changes = remedies(drive, found.torque, load_torque) if found.verdict in (RESONANT, NEAR) else ()
-    judged = None
-    motion = None if motion_file is None else read_motion(motion_file)
-    if motion is not None:
-        judged = alarm(released(drive), motion, floor=floor, limit=limit)
-        found = of_motion(found, judged, found.reasons[1:])
-    if map_file is not None:
+    acting, judged, motion, incomplete = found.torque or 0.0, None, None, None
+    changes = remedies(loop, acting, load_torque) if loop and found.verdict in (RESONANT, NEAR) else ()
+    if motion_file is not None:
+        motion = read_motion(motion_file, drive)
+        judged = alarm(released(loop) if loop else drive, motion, floor=floor, limit=limit)
+        found = of_motion(found, judged)
+    data = SUMMARY(found) | {"pairs": [pair_data(pair) for pair in found.pairs]}
+    parts = summary_text(drive, found)
+    if loop is not None:
+        data |= loop_data(loop, found, changes, load_torque)
+        parts += loop_text(loop, found, changes)
+    if judged is not None:
+        left_out = left_out_under_torque(loop) if loop else None
+        listed = replace(judged, passages=judged.passages[:MOST_PASSAGES])
+        data["motion"] = ALARM(listed) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
+        parts.append(alarm_text(judged) + (f"\n{left_out}" if left_out else ""))
+    if map_file is not None and loop is not None:
         from cabledrive.report.map_page import resonance_map_page, spot_check_line
         from cabledrive.studies.resonance_map import growth_map, spot_checks
 
-        growth = growth_map(drive, torque=found.torque, load_torque=load_torque)
-        checks = () if load_torque else spot_checks(drive, growth, np.random.default_rng(SEED))
+        growth = growth_map(loop, torque=acting, load_torque=load_torque)
+        checks = () if load_torque else spot_checks(loop, growth, np.random.default_rng(SEED))
         map_file.write(resonance_map_page(growth, spot_check_line(checks), motion=motion))
-    data = loop_data(drive, found, changes, load_torque) | {"motor": motor_condition(drive)}
-    text = loop_text(drive, found, changes)
-    if data["motor"] == HOLDING:
-        text += "\nThe motor is on its holding stiffness."
-    if judged is not None:
-        left_out = left_out_under_torque(drive)
-        data["motion"] = ALARM(judged) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
-        text += "\n\n" + alarm_text(judged) + (f"\n{left_out}" if left_out else "")
-    incomplete = None
-    if with_branches:
+    if with_branches and loop is not None:
         try:
-            branches = steady_branches(
-                drive, found.torque, np.random.default_rng(SEED), load_torque=load_torque
-            )
+            branches = steady_branches(loop, acting, np.random.default_rng(SEED), load_torque=load_torque)
         except NotComputed as failure:
             branches, incomplete = (), str(failure)
         data["branches"] = [BRANCH(branch) for branch in branches]
-        text += "\n\n" + branches_text(branches, found.torque)
+        parts.append(branches_text(branches, acting))
         incomplete = incomplete or next((branch.ended for branch in branches if not branch.complete), None)
-    return Answer(
-        data=data,
-        text=text,
-        incomplete=incomplete,
-        provenance=provenance(drive, method=METHOD, tolerances={"build_up": BUILD_UP}),
-    )
+    method, tolerances = (METHOD, {"build_up": BUILD_UP}) if loop else (METHOD_OF_ROUTES, None)
+    about = provenance(drive, method=method, tolerances=tolerances)
+    return Answer(data=data, text="\n\n".join(parts), incomplete=incomplete, provenance=about)

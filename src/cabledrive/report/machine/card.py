@@ -1,6 +1,7 @@
 """The card of a machine, its modes, and whether they excite one another."""
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from cabledrive.answers.figures import fixed, number, quantity
@@ -18,8 +19,8 @@ from cabledrive.report.page import Badge
 from cabledrive.report.picture import picture, short_family
 from cabledrive.studies.excitation_orders import travels
 from cabledrive.studies.mode_map import map_modes
+from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import NO_EXCITATION
-from cabledrive.studies.route_pairs import RouteResonance, resonance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,14 +47,10 @@ def resonance_words(drive: Machine) -> tuple[Badge, tuple[str, ...], Table | Non
     words, tone = BADGES[found.verdict]
     badge = Badge(words + at, tone)
     ratio = "" if found.frequency_ratio is None else number(found.frequency_ratio, 3)
-    if isinstance(found, RouteResonance):
-        what = f"the first transverse mode of {found.nearest_span} has {ratio} times the frequency of the "
-        facts = f"{what}longitudinal mode at {number(found.longitudinal_hz, 4)} Hz"
-        reasons = (*found.reasons, f"{facts}; 0.5 is resonance", *found.left_out)
-    else:
-        facts = f"The lowest transverse frequency of an empty span is {ratio} times that of the pulley mode"
-        reasons = (*([f"{facts}; 0.5 is the principal resonance"] if ratio else ()), *found.reasons)
-    return badge, reasons, pairs_table(found, SHOWN)
+    span = found.nearest_span or "an empty span"
+    facts = f"The lowest transverse frequency of {span} is {ratio} times that of the pulley mode"
+    reasons = ([f"{facts}; 0.5 is the principal resonance"] if ratio else ()), found.reasons, found.left_out
+    return badge, tuple(chain(*reasons)), pairs_table(found, SHOWN)
 
 
 def facts_of(modes: Modes) -> list[tuple[str, str]]:

@@ -1,6 +1,6 @@
 """Pairs of modes and margins of a motion: keys of their JSON, and tables for pages, studio and terminal."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from math import degrees, pi
 from typing import Any
 
@@ -19,27 +19,22 @@ from cabledrive.studies.motion_margins import (
     PulleyMargin,
     SpanMargin,
 )
-from cabledrive.studies.pair_thresholds import SUM, CoupledPair
-from cabledrive.studies.resonance import ResonanceSummary
-from cabledrive.studies.route_pairs import RoutePair, RouteResonance
+from cabledrive.studies.pair_thresholds import CoupledPair, NearPair
+from cabledrive.studies.resonance_detuning import ResonanceSummary
+from cabledrive.studies.route_pairs import RoutePair
 
-PAIR = Keys(
-    "kind longitudinal_hz span section detuning_hz threshold_torque number=numbers.0 "
-    "transverse_hz=transverse_hz.0",
+NEAR = Keys(
+    "kind longitudinal_hz span detuning_hz threshold_torque transverse_hz=transverse_hz.0 "
+    "second_transverse_hz?",
     {"threshold_torque": ".reason"},
-    of=CoupledPair,
+    of=NearPair,
 )
-SECOND = Keys("second_number=numbers.1 second_transverse_hz=transverse_hz.1", of=CoupledPair)
-OWN = Keys(
+PAIR = Keys("section number=numbers.0 second_number?", of=CoupledPair)
+ROUTE_PAIR = Keys("family plane threshold_strain=threshold_amplitude", of=RoutePair)
+TUNING = Keys(
     "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension",
     {"tuned_pretension": ".reason"},
     of=Pair,
-)
-ROUTE_PAIR = Keys(
-    "kind longitudinal_hz family span plane detuning_hz threshold_strain=threshold_amplitude "
-    "threshold_torque transverse_hz=transverse_hz.0",
-    {"threshold_torque": ".reason"},
-    of=RoutePair,
 )
 PLANES = {"w": "in plane", "v": "out of plane"}
 ENDS = Row("section", "Section", "m", lambda ends: f"{ends[0]:.4g} to {ends[1]:.4g}")
@@ -54,58 +49,30 @@ def several(values: Iterable[float]) -> str:
 PAIRS = (
     Row("kind", "Kind", kind="text"),
     Row("span", "Span", kind="text"),
+    *(PLANE, ENDS, Row("numbers", "m", "", several)),
     Row("longitudinal_hz", "Longitudinal", "Hz", 6),
-    Row("transverse", "Transverse", "Hz", several),
+    Row("transverse_hz", "Transverse", "Hz", several),
     Row("detuning_hz", "Detuning", "Hz", 4),
     Row("threshold_torque", "Threshold torque", "N m", "", none="none"),
-)
-OF_ROUTES = (*PAIRS[:2], PLANE, *PAIRS[2:])
-OF_LOOPS = (
-    *(*PAIRS[:2], ENDS, Row("numbers", "m", "", several), *PAIRS[2:]),
-    Row("frequency_ratio", "Ratio", "", 4),
-    Row("tuned_pretension", "Tuned at", "N", ""),
+    Row("tuning.ratio", "Ratio", "", 4),
+    Row("tuning.tuned_pretension", "Tuned at", "N", ""),
 )
 
 
-def pair_data(pair: CoupledPair | RoutePair, pairs: Sequence[Pair] = ()) -> dict[str, Any]:
-    """A pair as JSON has it; ``pairs``: of a loop's pulley mode, whose ratio and tuned pretension it gets."""
-    if isinstance(pair, RoutePair):
-        second = {"second_transverse_hz": pair.transverse_hz[1]} if pair.kind == SUM else {}
-        return ROUTE_PAIR(pair) | second
-    own = own_pair(pairs, pair)
-    second = SECOND(pair) if pair.kind == SUM else {}
-    return PAIR(pair) | second | ({} if own is None else OWN(own))
+def pair_data(pair: NearPair) -> dict[str, Any]:
+    """A pair as JSON has it; one of a loop's pulley mode with its ratio and tuned pretension."""
+    own = PAIR(pair) if isinstance(pair, CoupledPair) else ROUTE_PAIR(pair)
+    return NEAR(pair) | own | (TUNING(pair.tuning) if pair.tuning is not None else {})
 
 
-def pairs_table(found: ResonanceSummary | RouteResonance, most: int) -> Table | None:
-    """Pairs of modes that can excite one another, lowest threshold first; None where there are none.
-
-    Of a loop with the ratio and the tuned pretension of the pulley mode's pairs.
-    """
-    pairs: Sequence[CoupledPair | RoutePair]
-    tuned: Sequence[Pair] = ()
-    if isinstance(found, RouteResonance):
-        columns, pairs = list(OF_ROUTES), found.pairs
-    else:
-        columns, pairs, tuned = list(OF_LOOPS), found.coupled, found.pairs
-    rows = [
-        pair_data(pair, tuned) | {"transverse": pair.transverse_hz, "numbers": getattr(pair, "numbers", None)}
-        for pair in pairs[:most]
-    ]
-    note = f"{len(pairs) - most} more with higher thresholds." if len(pairs) > most else ""
+def pairs_table(found: ResonanceSummary, most: int) -> Table | None:
+    """Pairs of modes that can excite one another, lowest threshold first; None where there are none."""
+    pairs = found.pairs[:most]
+    columns = [row for row in PAIRS if row.none or any(row.of(pair) is not None for pair in pairs)]
+    left = len(found.pairs) - most
+    note = f"{left} more with higher thresholds." if left > 0 else ""
     caption = "Longitudinal modes and the transverse modes that they can excite, lowest threshold first."
-    return listed(caption, columns, rows, note=note) if rows else None
-
-
-def own_pair(pairs: Sequence[Pair], pair: CoupledPair) -> Pair | None:
-    """The record of the pulley mode's pair that is the same mode of the same section; None: it is another."""
-    for own in pairs if pair.kind != SUM else ():
-        ends = zip(own.section, pair.section, strict=True)
-        near = all(abs(a - b) <= 1e-9 * pair.section[1] for a, b in ends)
-        pulley = abs(pair.longitudinal_hz / own.pulley_frequency - 1.0) < 1e-9
-        if pulley and near and (own.span, own.number) == (pair.span, pair.numbers[0]):
-            return own
-    return None
+    return listed(caption, columns, pairs, note=note) if pairs else None
 
 
 NO_STRENGTH, NO_LIMIT = "no strength [N] in the file", "no limit in the file"

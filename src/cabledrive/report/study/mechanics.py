@@ -15,7 +15,7 @@ from cabledrive.rig.setting import DEGREE
 from cabledrive.simulation import Recording, Scheme, simulate
 from cabledrive.simulation.run import whole
 from cabledrive.simulation.signals import Sampled
-from cabledrive.studies.resonance import ResonanceSummary
+from cabledrive.studies.resonance_detuning import ResonanceSummary
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.modes_stage import MODEL_WORDS, REPEATED, ModelResult, motion_torque
 

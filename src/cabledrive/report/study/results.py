@@ -58,8 +58,8 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
     except (InputRefused, NotComputed) as refusal:
         reason = f"internal resonance not computed: {refusal}"
     else:
-        names = ("verdict", "threshold_torque", "longitudinal_hz", "frequency_ratio", "nearest_span")
-        resonance = {name: getattr(near, name) for name in names}
+        names = ("verdict", "threshold_torque", "frequency_ratio", "nearest_span")
+        resonance = {name: getattr(near, name) for name in names} | {"longitudinal_hz": near.pulley_frequency}
         reason = f"internal resonance: {near.verdict}; {near.reasons[0]}"
     cautions = [*drive_warnings(drive), *found.warnings]
     if logs:

@@ -16,7 +16,7 @@ from cabledrive.reduction.quality import ModelQuality, model_quality, with_measu
 from cabledrive.rig.laws.controllers import plant_chain
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import one_count
-from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm, route_alarm
+from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import RESONANT, UNKNOWN
@@ -184,14 +184,14 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
     time, torque = motion_torque(drive, repeated, samples=8001)
     largest = float(np.abs(torque).max())
     ripple = RIPPLE_SHARE * largest
-    names: tuple[str, ...] = ("verdict", "frequency_ratio", "detuning", "threshold_torque")
+    names = ["verdict", "frequency_ratio", "detuning", "threshold_torque", "pulley_frequency"]
     found: dict[str, Any] = {"torque": largest, "ripple": ripple}
     judged: AlarmResult | None = None
     if isinstance(drive, AxisDrive):
         machine, failed, remedy = drive.machine, "", "move the pretension of the span away, or damp the cable"
         time, smooth = motion_torque(drive, repeated, samples=8001, rubbing=False)
         try:
-            judged = route_alarm(machine, _shared_motion(drive, repeated, time, smooth))
+            judged = alarm(machine, _shared_motion(drive, repeated, time, smooth))
         except (InputRefused, NotComputed) as failure:
             failed = f"planned motion: {failure}"
         else:
@@ -203,14 +203,11 @@ def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
             found |= {"verdict": UNKNOWN, "reasons": (f"pairs of modes: {refusal}", *reasons)}
         else:
             found |= {name: getattr(pairs, name) for name in names}
-            found |= {
-                "pulley_frequency": pairs.longitudinal_hz,
-                "reasons": (*pairs.reasons, *pairs.left_out, *reasons),
-            }
+            found["reasons"] = (*pairs.reasons, *pairs.left_out, *reasons)
     else:
         stiff, remedy = with_measured_stiffness(drive), ""
         summary = resonance(stiff, torque=ripple, details=False)
-        names = (*names, "pulley_frequency", "tuned_pretension", "reasons")
+        names += ["tuned_pretension", "reasons"]
         found |= {name: getattr(summary, name) for name in names}
         with suppress(InputRefused, NotComputed):
             judged = alarm(stiff, PlannedMotion(time=time, torque=torque))
