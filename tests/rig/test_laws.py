@@ -16,11 +16,10 @@ from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
 from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
-from cabledrive.rig.laws.controllers import DesignSpec, law_for_chain, motion_numbers, plant_chain
+from cabledrive.rig.laws.controllers import DesignSpec, Spreads, law_for_chain, motion_numbers, plant_chain
 from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_learning
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.plant_samples import sampled_chain
-from cabledrive.rig.setting import Spreads
 from dissertation_runs import loop_of, track
 
 DRIVE = load_drive("dissertation-3")

@@ -176,7 +176,7 @@ def test_the_bound_of_the_position_is_never_left_without_a_named_assumption(coun
     rng, left, named = np.random.default_rng(count), 0, 0
     for _ in range(count):
         gentle = set_up(CAMERA, rng.uniform([-2.0, -1.0], [2.0, 0.5]), rise=None, dwell=0.3)
-        shortest = gentle.trajectory.moves[0].duration
+        shortest = gentle.task.rise
         far = gentle.table[:, :2]
         way = far[np.abs(far).sum(axis=1).argmax()]
         setup = set_up(CAMERA, way, rise=shortest * rng.uniform(0.5, 1.1), dwell=0.3)

@@ -127,7 +127,7 @@ WOUND = Keys(
     "map: error_mm position_bound_mm "
     "rows: lines{text: name texts: spans number: least_tension largest_tension at_rest least_allowed margin} "
     "motors{text: name number: peak_torque rms_torque torque_limit} "
-    "object: motion{map: way number: rise used count: pulses order} over_draws{number: share}?",
+    "object: motion{map: way number: rise dwell used count: pulses order} over_draws{number: share}?",
     {
         "least_tension": "the run diverged",
         "position_within_bound": "assumptions of the bound do not hold",

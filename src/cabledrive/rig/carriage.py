@@ -1,6 +1,6 @@
 """A carriage with a hanging mass in closed loop: its compiled motion, and `move_carriage` under a law."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import cos, isfinite, pi, sin
 from typing import NamedTuple
@@ -16,8 +16,8 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import check_fields, described, meaning, quantity
 from cabledrive.reduction.transporter import Transporter, transporter_of
-from cabledrive.rig.setting import sample_interval, torque_limit
-from cabledrive.trajectories import Move, Trajectory
+from cabledrive.rig.setting import Task, sample_interval, torque_limit
+from cabledrive.trajectories import Trajectory, waypoints
 
 
 class CarriageLoop(NamedTuple):
@@ -145,8 +145,11 @@ MARGIN = 0.05
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CarriageMove:
+class CarriageMove(Task):
     """What is asked of the transporter."""
+
+    unit = "m"
+    of = "a carriage with a hanging mass"
 
     distance: float = meaning("way of the carriage [m]", 1.0)
     duration: float = quantity("s", "positive", "of the move", 2.5)
@@ -163,6 +166,11 @@ class CarriageMove:
             raise InputRefused(f"distance = {self.distance:.4g} m must be finite and not 0: give a way to go")
         if not all(isfinite(value) for value in self.gust) or self.gust[1] > self.gust[2]:
             raise InputRefused(f"gust = {self.gust} must be a force, a start and a later end: mend it")
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """One way, and its rest."""
+        return waypoints((0.0, self.distance), rise=self.duration, dwell=self.rest, order=ORDER)
 
 
 @described
@@ -261,7 +269,7 @@ def move_carriage(
     """
     if law not in LAWS:
         raise InputRefused(f"law = {law!r} is not known: take one of {', '.join(LAWS)}")
-    move = move or CarriageMove()
+    move = CarriageMove.asked(move)
     believed = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     end, length = believed.start + move.distance, believed.span_length
     if not MARGIN < min(believed.start, end) <= max(believed.start, end) < length - MARGIN:
@@ -297,14 +305,7 @@ def reference_of(
     transporter: Transporter, law: str, move: CarriageMove, interval: float
 ) -> tuple[Array, Array]:
     """What is wanted, shape (samples,), and what the law follows, (samples, 10), its shaper less."""
-    whole, middle = move.duration + move.rest, transporter.start + 0.5 * move.distance
-    time = np.asarray(interval * np.arange(round(whole / interval)), dtype=np.float64)
-
-    def way(duration: float) -> Array:
-        moves = (Move(start=0.0, duration=duration, distance=move.distance),)
-        return Trajectory(moves=moves, duration=whole, order=ORDER)(time, 6)
-
-    y = way(move.duration)
+    middle, y = transporter.start + 0.5 * move.distance, move.sampled(interval, 6)
     if LAWS[law][1] == "flat":
         return y[0], flat_motion(transporter, y, interval)
     if LAWS[law][1] == "rigid":
@@ -314,8 +315,8 @@ def reference_of(
         raise InputRefused(
             f"duration = {move.duration:.4g} s is not above {late:.4g} s, which the shaper takes: take longer"
         )
-    sooner = shaped(transporter, way(move.duration - late), interval, middle)[0]
-    return y[0], rigid_motion(transporter, sooner)
+    sooner = replace(move, duration=move.duration - late, rest=move.rest + late).sampled(interval, 6)
+    return y[0], rigid_motion(transporter, shaped(transporter, sooner, interval, middle)[0])
 
 
 @lru_cache(maxsize=16)

@@ -123,16 +123,15 @@ def track(
     if isinstance(drive, RoutedDrive) and axis is None and is_winched(drive):
         others = {"plant": plant, "gains": gains, "adapt": adapt, "feedforward": feedforward}
         options = options or RigOptions()
-        _refuse_pulses(controller, motion, options, others | {"repeat": repeat})
+        _refuse_pulses(controller, options, others | {"repeat": repeat})
         if isinstance(plant_drive, Drive):
             raise InputRefused("plant_drive has no winches: give the same machine with other figures")
-        assert not isinstance(motion, Motion)
-        machine, motion = winched_machine(drive), motion or BodyMotion()
+        machine, motion = winched_machine(drive), BodyMotion.asked(motion)
         tensions = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)
         setup = plan_motion(machine, tensions, way_of(machine, motion.moves), motion)
         numbers = machine.numbers if plant_drive is None else winched_machine(plant_drive).numbers
         interval, samples = tensions.gains.interval, len(setup.table)
-        setting.check_runs(setup.trajectory.duration, interval, options, draws)
+        setting.check_runs(setup.task, interval, options, draws)
         force = setting.stepped_in(options.disturbances, machine.names, interval, samples)
         ended = run_plant(setup, numbers, force, rng)
         drawn = run_samples(setup, draws, rng) if draws else None
@@ -140,13 +139,9 @@ def track(
     for name, value in (("least_tension", least_tension), ("gust", gust)):
         if value is not None:
             raise InputRefused(f"{name} is for a body between two winches: this drive has none: leave it out")
-    if isinstance(motion, BodyMotion):
-        raise InputRefused(
-            "motion = BodyMotion(...) is for a body between two winches: give Motion(angle=45)"
-        )
     drive = as_axis(drive, axis)
     plant_drive = None if plant_drive is None else as_axis(plant_drive, axis)
-    motion, options = motion or Motion(), options or RigOptions()
+    motion, options = Motion.asked(motion), options or RigOptions()
     if options.pair:
         drive, plant_drive = doubled(drive), None if plant_drive is None else doubled(plant_drive)
     actual = plant_drive or drive
@@ -211,18 +206,11 @@ def track(
     return found
 
 
-def _refuse_pulses(
-    controller: Any, motion: Motion | BodyMotion | None, options: RigOptions, others: dict[str, Any]
-) -> None:
+def _refuse_pulses(controller: Any, options: RigOptions, others: dict[str, Any]) -> None:
     """Refuse what is asked of two winches and is for pulses of a load pulley."""
     if controller not in (None, CONTROLLER, "best"):  # names of the one law of two winches
         said = f'controller = "{str(controller)[:60]}" moves a load by one motor'
         raise InputRefused(f"{said}: a body between two winches has {CONTROLLER}: leave it out")
-    if isinstance(motion, Motion):
-        raise InputRefused(
-            "a pulse of a load pulley moves no body between two winches: run cabledrive track with --move, "
-            'such as --move camera.x=2m; in Python BodyMotion(moves={"camera.x": 2.0})'
-        )
     usual = {name: one.default for name, one in signature(track).parameters.items()} | asdict(RigOptions())
     for name, value in (others | asdict(replace(options, disturbances=()))).items():
         if value != usual[name]:

@@ -34,8 +34,9 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.rig.closed_loop.chain_plant import linear_step
 from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.laws.controllers import Spreads
 from cabledrive.rig.plant_samples import corners, varied
-from cabledrive.rig.setting import DEGREE, Spreads, none
+from cabledrive.rig.setting import DEGREE, none
 
 GRID = 800
 LOWEST_HZ = 0.05

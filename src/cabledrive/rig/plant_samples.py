@@ -19,6 +19,7 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair, in_steps
 from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
+from cabledrive.rig.laws.controllers import Spreads
 from cabledrive.rig.laws.load_learning import (
     SCHEDULED,
     announced,
@@ -26,7 +27,7 @@ from cabledrive.rig.laws.load_learning import (
     run_indirect,
     with_announced_load,
 )
-from cabledrive.rig.setting import DEGREE, Payload, Spreads, none
+from cabledrive.rig.setting import DEGREE, Payload, none
 
 CONFIDENCE = 0.95
 

@@ -20,7 +20,7 @@ from cabledrive.rig import bounds
 from cabledrive.rig.closed_loop.chain_kernels import LEAST, SUMMARY, WENT_SLACK
 from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.laws.controllers import load_gear, plant_chain
-from cabledrive.rig.setting import CABLE, DEGREE, Motion, none
+from cabledrive.rig.setting import CABLE, DEGREE, none
 
 FLEXIBLE: dict[int, tuple[str, ...]] = {1: (), 2: ("joint",), 3: ("cable",), 4: ("joint", "cable")}
 PARAMETERS = ("inertia", "viscous friction", "Coulomb friction", "offset torque")
@@ -232,12 +232,6 @@ def motor_words(actual: Drive, *, stepper: bool = False) -> dict[str, str]:
         return {"motor": HOLDING}
     reason = left_out_under_torque(actual)
     return {"motor": FREE} | ({"motor_reason": reason} if reason else {})
-
-
-def motion_words(motion: Motion) -> dict[str, Any]:
-    """Pulses as the answer has them, the angle in degrees."""
-    same = {name: getattr(motion, name) for name in ("rise", "dwell", "pulses")}
-    return {"angle_deg": motion.angle, **same, "order": motion.rise_order}
 
 
 def condition_words(

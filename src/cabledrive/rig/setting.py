@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import check_fields, choice, described, meaning, nearest, quantity
 from cabledrive.parameters.units import to_si
-from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.trajectories import Trajectory, pulse
 
 DEGREE = pi / 180.0
@@ -35,18 +34,88 @@ class Payload:
             raise InputRefused(f"payload from {self.start:.4g} s on is no time: give 0 s or more")
 
 
+class Task:
+    """What is asked of a load: its way over the time, with the derivatives that a law follows."""
+
+    __slots__ = ()
+    unit: ClassVar[str]  # of the way, {"rad", "m"}
+    of: ClassVar[str]  # what moves, in words
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The way over the time."""
+        raise NotImplementedError
+
+    def samples(self, interval: float) -> int:
+        """Of a run, its ends included, every ``interval`` [s]; refused beyond `MOST_MEMORY`."""
+        duration = self.trajectory.duration
+        size = BYTES_PER_SAMPLE * duration / interval
+        if size > MOST_MEMORY:
+            raise InputRefused(
+                f"a motion of {duration:.4g} s takes {duration / interval:.3g} samples and {size / 1e9:.3g} "
+                f"GB; at most {MOST_MEMORY / 1e9:.0f} GB are used, {duration * MOST_MEMORY / size:.4g} s: "
+                "shorten rise, dwell or pulses"
+            )
+        return round(duration / interval) + 1
+
+    def sampled(self, interval: float, derivatives: int) -> Array:
+        """Way and derivatives at each sample, shape (derivatives + 1, samples), in `unit` per s and so on."""
+        time = np.asarray(interval * np.arange(self.samples(interval)), dtype=np.float64)
+        return self.trajectory(time, derivatives)
+
+    @classmethod
+    def asked(cls, given: "Task | None") -> Self:
+        """The task that is given, by default the usual one; of another kind it is refused."""
+        if given is None or isinstance(given, cls):
+            return given or cls()
+        said = f"motion = {type(given).__name__}(...) is for {given.of}"
+        raise InputRefused(f"{said}: give {cls.__name__}(...), for {cls.of}")
+
+
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Motion:
+class Pulses(Task):
+    """There and back, any number of times."""
+
+    rise: float | None = meaning("duration of a move [s]", 0.5)
+    dwell: float = meaning("rest after each move [s]", 0.5)
+    pulses: int = meaning("times there and back", 1)
+    order: int | None = meaning(
+        "odd order of the rise; None: in `track` of a load what the law needs, elsewhere 9, as in (6.1)", None
+    )
+
+    @property
+    def way(self) -> float:
+        """Of one pulse, in `unit`."""
+        return 1.0
+
+    @property
+    def rise_order(self) -> int:
+        """Order of the rise, 9 where none was asked for."""
+        return DISSERTATION_ORDER if self.order is None else self.order
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """Pulses (6.1)-(6.8)."""
+        assert self.rise is not None
+        return pulse(self.way, self.rise, self.dwell, pulses=self.pulses, order=self.rise_order)
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """How the pulses go, as an answer has it."""
+        return {"rise": self.rise, "dwell": self.dwell, "pulses": self.pulses, "order": self.rise_order}
+
+
+@described
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion(Pulses):
     """Pulses (6.1)-(6.8) of the load pulley."""
+
+    unit = "rad"
+    of = "pulses of a load pulley"
 
     angle: float = meaning("of a pulse [deg]", 45.0)
     rise: float = meaning("duration of a move [s]", 0.5)
-    dwell: float = meaning("rest after a move [s]", 0.5)
-    pulses: int = meaning("how many", 1)
-    order: int | None = meaning(
-        "odd order of the rise; None: in `track` what the law needs, elsewhere 9, as in (6.1)", None
-    )
     payload: tuple[Payload, ...] = meaning(
         "loads announced along the motion, in any order; until the first the drive's own. The plant "
         "keeps its load whatever is announced: that changes by ``RigOptions.load_change`` or a "
@@ -71,20 +140,18 @@ class Motion:
                 )
 
     @property
-    def rise_order(self) -> int:
-        """Order of the rise, 9 where none was asked for."""
-        return DISSERTATION_ORDER if self.order is None else self.order
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """The motion of the load pulley [rad]."""
-        return pulse(self.angle * DEGREE, self.rise, self.dwell, pulses=self.pulses, order=self.rise_order)
+    def way(self) -> float:
+        """Of the load pulley [rad]."""
+        return self.angle * DEGREE
 
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BodyMotion:
-    """How far a body between two winches goes and comes back."""
+class BodyMotion(Pulses):
+    """How far a body between two winches goes and comes back; its way is the part of the moves."""
+
+    unit = "m"
+    of = "a body between two winches"
 
     moves: Mapping[str, float] = meaning(
         'of each coordinate, such as ``{"camera.x": 2.0}`` [m]; empty: a twentieth of the distance '
@@ -94,9 +161,6 @@ class BodyMotion:
     rise: float | None = meaning(
         "duration of a move [s]; None: the shortest that uses at most 80 % of tension, torque and speed", None
     )
-    dwell: float = meaning("rest after each move [s]", 0.5)
-    pulses: int = meaning("times there and back", 1)
-    order: int | None = meaning("odd order of the rise; None: 9", None)
 
 
 @described
@@ -178,18 +242,6 @@ class RigOptions:
             raise InputRefused(f"segments = {self.segments} per span are too few: give at least 3")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Spreads:
-    """Relative half widths of what the bounds of p2 to p5 do not say."""
-
-    cable_stiffness: float = 0.05
-    load_inertia: float = 0.05
-    cable_damping: float = 0.2
-    joint_damping: float = 0.2
-    joint_stiffness: float = 0.1
-    drive_inertia: float = 0.05
-
-
 def none(key: str, why: str) -> dict[str, Any]:
     """A figure of an answer that there is not, and why."""
     return {key: None, f"{key}_reason": why}
@@ -200,19 +252,6 @@ def sample_interval(drive: Drive) -> float:
     if drive.sensors is None or drive.sensors.sample_rate is None:
         raise InputRefused('sensors.sample_rate is missing: add it, such as sample_rate = "5 kHz"')
     return 1.0 / drive.sensors.sample_rate
-
-
-def slack_twist(drive: Drive, chain: LumpedChain) -> float:
-    """Twist between the pulleys at which one span carries no tension [rad]."""
-    if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
-        return float("inf")
-    return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
-
-
-def joint_backlash(drive: Drive, chain: LumpedChain) -> float:
-    """Backlash of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant."""
-    flexible = "motor" in chain.names and "drive" in chain.names
-    return drive.motor.backlash if drive.motor is not None and flexible else 0.0
 
 
 def current_rate(drive: Drive) -> float:
@@ -322,7 +361,7 @@ def check_run(
     if not isfinite(motion.angle):
         raise InputRefused(f"angle = {motion.angle:.4g} deg must be finite: give one in deg")
     interval, duration = sample_interval(drive), motion.trajectory.duration
-    check_runs(duration, interval, options, draws)
+    check_runs(motion, interval, options, draws)
     if options.jitter > MOST_JITTER * interval:
         said = f"jitter = {options.jitter:.4g} s is above {MOST_JITTER:g} of the sample time {interval:.4g} s"
         raise InputRefused(f"{said}: give at most {MOST_JITTER * interval:.4g} s")
@@ -339,10 +378,10 @@ def check_run(
             )
 
 
-def check_runs(duration: float, interval: float, options: RigOptions, draws: int = 0) -> None:
-    """The same of a motion [s] of load or body, by its sample time [s]."""
-    check_record(duration, duration / interval)
-    most = min(MOST_DRAWS, int(MOST_DRAWN_SAMPLES / max(duration / interval, 1.0)))
+def check_runs(task: Task, interval: float, options: RigOptions, draws: int = 0) -> None:
+    """The same of any task, by its sample time [s]."""
+    duration = task.trajectory.duration
+    most = min(MOST_DRAWS, int(MOST_DRAWN_SAMPLES / task.samples(interval)))
     if draws < 0:
         raise InputRefused(f"draws = {draws} must not be negative: ask for 0 or more")
     if draws > most:
@@ -355,14 +394,3 @@ def check_runs(duration: float, interval: float, options: RigOptions, draws: int
             raise InputRefused(
                 f"{what}: starts at {start:.4g} s, the motion ends at {duration:.4g} s: start earlier"
             )
-
-
-def check_record(duration: float, samples: float) -> None:
-    """Refuse a record of a motion of some length [s] that would take more than `MOST_MEMORY`."""
-    size = BYTES_PER_SAMPLE * samples
-    if size > MOST_MEMORY:
-        longest = duration * MOST_MEMORY / size
-        raise InputRefused(
-            f"a motion of {duration:.4g} s takes {samples:.3g} samples and {size / 1e9:.3g} GB; "
-            f"at most {MOST_MEMORY / 1e9:.0f} GB are used, {longest:.4g} s: shorten rise, dwell or pulses"
-        )

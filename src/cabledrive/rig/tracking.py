@@ -144,7 +144,7 @@ def summarize(loop: Loop, done: Run, seed: int = 0) -> Tracking:
     return Tracking(
         summary=summary,
         time=np.asarray(loop.rig.interval * np.arange(ended), dtype=np.float64),
-        unit="rad",
+        unit=loop.spec.motion.unit,
         reference=loop.target[:ended] / loop.gear,
         load_angle=log[:, n - 1] / loop.gear,
         place=np.zeros((0, 0)),
@@ -195,7 +195,8 @@ def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]
         "invalid_samples": int(score["invalid"]),
         "slack_share": float(score["twist"] / loop.slack) if np.isfinite(loop.slack) else None,
         "encoder_phases": [float(v) for v in loop.rig.phases],
-        "motion": facts.motion_words(motion)
+        "motion": {"angle_deg": motion.angle}
+        | motion.words
         | ({"payload": [asdict(one) for one in motion.payload]} if motion.payload else {}),
         "delay": loop.rig.late_samples * loop.rig.interval + loop.rig.late_part,
         "sample_rate": 1.0 / loop.rig.interval,

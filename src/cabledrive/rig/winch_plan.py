@@ -5,7 +5,7 @@ With a delay :math:`\tau` from sample to torque a loop of two equal poles :math:
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, pi, sqrt
 
 import numpy as np
@@ -16,8 +16,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import posed
 from cabledrive.reduction.two_motors import TwoMotorMachine, TwoMotors, line_at
-from cabledrive.rig.setting import BodyMotion, check_record
-from cabledrive.trajectories import Trajectory, pulse
+from cabledrive.rig.setting import BodyMotion
 
 DELAY_SHARE = 0.17
 LINE_SHARE = 0.2
@@ -121,13 +120,12 @@ def design_tensions(
     )
 
 
-ORDER = 9
 DEFAULT_WAY = 0.05
 """Of the distance between the last pulleys."""
 USED = 0.8
 """Part of torque, speed and tension below rest that the motion may use where its rise is chosen."""
 LONGEST_RISE = 600.0
-_HALVINGS = 40
+_HALVINGS, LOOKED_AT = 40, 399
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -136,7 +134,7 @@ class Setup:
 
     machine: TwoMotorMachine
     design: TensionDesign
-    trajectory: Trajectory  # of the part of the way, from 0 to 1
+    task: BodyMotion  # with its rise
     table: Array  # (samples, 3 m + 2): as `cabledrive.control.tension_position.step_in_place` takes it
     # tension, torque, speed: (samples, 2): of lines [N], drums [N m] and [rad/s]
     tension: Array
@@ -170,13 +168,6 @@ def way_of(machine: TwoMotorMachine, moves: Mapping[str, float]) -> Array:
 
 def plan_motion(machine: TwoMotorMachine, design: TensionDesign, way: Array, motion: BodyMotion) -> Setup:
     """Go a way and back, smoothly; without a rise the shortest that uses at most `USED` of the limits."""
-    order = ORDER if motion.order is None else motion.order
-
-    def planned(rise: float) -> Setup:
-        trajectory = pulse(1.0, rise, motion.dwell, pulses=motion.pulses, order=order)
-        check_record(trajectory.duration, trajectory.duration / design.gains.interval)
-        return _plan(machine, design, way, trajectory)
-
     drive = machine.drive
     at = [drive.body[0].at["xy".index(name[-1])] for name in machine.names]
     for share in (0.25, 0.5, 0.75, 1.0):  # where the machine of the file cannot be
@@ -186,37 +177,30 @@ def plan_motion(machine: TwoMotorMachine, design: TensionDesign, way: Array, mot
             raise InputRefused(f"move: {refusal}") from None
     if not way.any():
         raise InputRefused("move: no coordinate moves: give a distance, such as camera.x=2m")
-    if motion.rise is not None:
-        return planned(motion.rise)
-    single = [0.01, LONGEST_RISE]
+    if motion.rise is None:
+        single = [0.01, LONGEST_RISE]
 
-    def asks(rise: float) -> float:
-        return _plan(machine, design, way, pulse(1.0, rise, 0.0, order=order), samples=400).used
+        def asks(rise: float) -> float:
+            once = replace(motion, rise=rise, dwell=0.0, pulses=1)
+            return _plan(machine, design, way, once, once.trajectory.duration / LOOKED_AT).used
 
-    if asks(single[1]) > USED:
-        raise InputRefused(
-            f"move: even in {LONGEST_RISE:.0f} s it takes more than {USED:.0%} of what torque and least "
-            "tension allow: go less far, or lower the least tension"
-        )
-    for _ in range(_HALVINGS):
-        middle = float(np.sqrt(single[0] * single[1]))
-        single[asks(middle) <= USED] = middle
-    return planned(float(f"{single[1]:.3g}") * 1.01)
+        if asks(single[1]) > USED:
+            raise InputRefused(
+                f"move: even in {LONGEST_RISE:.0f} s it takes more than {USED:.0%} of what torque and least "
+                "tension allow: go less far, or lower the least tension"
+            )
+        for _ in range(_HALVINGS):
+            middle = float(np.sqrt(single[0] * single[1]))
+            single[asks(middle) <= USED] = middle
+        motion = replace(motion, rise=float(f"{single[1]:.3g}") * 1.01)
+    return _plan(machine, design, way, motion, design.gains.interval)
 
 
 def _plan(
-    machine: TwoMotorMachine,
-    design: TensionDesign,
-    way: Array,
-    trajectory: Trajectory,
-    samples: int | None = None,
+    machine: TwoMotorMachine, design: TensionDesign, way: Array, task: BodyMotion, step: float
 ) -> Setup:
-    """Tables over the samples of the run, or over as many as are given."""
-    numbers, gains = machine.numbers, design.gains
-    count = round(trajectory.duration / gains.interval) + 1 if samples is None else samples
-    time = np.linspace(0.0, trajectory.duration, count)
-    step = time[1]
-    s = trajectory(time, 2)
+    """Tables over samples a ``step`` [s] apart."""
+    numbers, gains, s = machine.numbers, design.gains, task.sampled(step, 2)
     q, v, a = (s[k][:, None] * way for k in range(3))
     along, length, free = lines_along(numbers, q)
     friction = numbers.viscous * v + numbers.coulomb * np.tanh(1e3 * v)
@@ -239,7 +223,7 @@ def _plan(
     return Setup(
         machine=machine,
         design=design,
-        trajectory=trajectory,
+        task=task,
         table=np.ascontiguousarray(np.hstack([q, v, a, lead])),
         tension=tension,
         torque=torque,

@@ -56,7 +56,6 @@ def summarize(
     share = float(np.mean(record[:, m + 6] > 0.0))
     least = [float(value) if np.isfinite(value) else None for value in done.least]
     kept = len(record) == len(setup.table) and bool((done.least >= design.floor).all())
-    move = setup.trajectory.moves[0]
     summary: dict[str, Any] = {
         "controller": CONTROLLER,
         "plant": "body between two lines, exact geometry",
@@ -105,11 +104,9 @@ def summarize(
                 name: float(setup.table[:, j].max() + setup.table[:, j].min())
                 for j, name in enumerate(machine.names)
             },
-            "rise": move.duration,
-            "pulses": len(setup.trajectory.moves) // 2,
-            "order": setup.trajectory.order,
             "used": setup.used,
-        },
+        }
+        | setup.task.words,
         "sample_rate": 1.0 / gains.interval,
         "internal_step": gains.interval / done.rig.substeps,
         "seed": seed,
@@ -153,7 +150,7 @@ def summarize(
     return Tracking(
         summary=summary,
         time=np.asarray(gains.interval * np.arange(len(record)), dtype=np.float64),
-        unit="m",
+        unit=setup.task.unit,
         reference=wanted,
         place=record[:, :m],
         error=error,

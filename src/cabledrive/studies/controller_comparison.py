@@ -26,7 +26,6 @@ from cabledrive.rig.plant_samples import (
     share_low,
     standard_disturbances,
 )
-from cabledrive.rig.run_facts import motion_words
 from cabledrive.rig.setting import DEGREE, Motion, check_run, random_from, torque_limit
 from cabledrive.rig.trial import COMPARED, check_motion, checked_names, goal_of, no_runs, offered, scored
 from cabledrive.rig.tuning import LEAST_DISK, LawSetting, ripple_limit, setting_of, tuned_loop
@@ -148,7 +147,7 @@ def compare(
         If a name, a file or a number is not understood, or the motion exceeds what the drive can do.
     """
     drive = as_axis(drive, axis)
-    motion = motion or Motion(pulses=PULSES)
+    motion = Motion.asked(motion or Motion(pulses=PULSES))
     asked = standard_disturbances(drive) if disturbances is None else disturbances
     if not isinstance(asked, Disturbances):
         asked = load_disturbances(asked)
@@ -223,7 +222,7 @@ def _summary(
         "draws": draws,
         "seed": seed,
         "goal_deg": goal / DEGREE,
-        "motion": motion_words(motion),
+        "motion": {"angle_deg": motion.angle} | motion.words,
         "disturbances": {name: list(ends) for name, ends in asdict(disturbances).items()},
         "limits": {
             "disk_margin": LEAST_DISK,

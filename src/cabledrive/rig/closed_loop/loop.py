@@ -155,7 +155,8 @@ def close_loop(
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
         dropout=_dropout(options, interval, shafts),
     )
-    play, slack = setting.joint_backlash(plant_drive, chain), setting.slack_twist(plant_drive, chain)
+    play = controllers.joint_backlash(plant_drive, chain)
+    slack = controllers.slack_twist(plant_drive, chain)
     links = (play, slack) if own_plant is None else (0.0, float("inf"))  # nothing is known of an own one's
     loop = Loop(
         spec=spec,

@@ -37,15 +37,7 @@ from cabledrive.reduction.lumped_chain import (
     lumped_model,
     reflected,
 )
-from cabledrive.rig.setting import (
-    DEGREE,
-    Motion,
-    RigOptions,
-    Spreads,
-    control_delay,
-    current_rate,
-    sample_interval,
-)
+from cabledrive.rig.setting import DEGREE, Motion, RigOptions, control_delay, current_rate, sample_interval
 from cabledrive.trajectories.limits import rise_coefficients
 
 SHAFTS = ("motor", "drive", "load")
@@ -54,6 +46,19 @@ SHAFTS = ("motor", "drive", "load")
 def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
     """The lumped chain under control, at the first shaft; default: the highest model that the data allow."""
     return reflected(lumped_model(released(drive), model))[0]
+
+
+def slack_twist(drive: Drive, chain: LumpedChain) -> float:
+    """Twist between the pulleys at which one span carries no tension [rad]."""
+    if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
+        return float("inf")
+    return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
+
+
+def joint_backlash(drive: Drive, chain: LumpedChain) -> float:
+    """Backlash of the gearhead, which lies in the motor's joint [rad]; 0 where that is rigid in the plant."""
+    flexible = "motor" in chain.names and "drive" in chain.names
+    return drive.motor.backlash if drive.motor is not None and flexible else 0.0
 
 
 def place(chain: LumpedChain, shaft: str) -> int:
@@ -167,6 +172,18 @@ class Controller:
         return None if self.believed is None else self.believed.inertias[-1]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spreads:
+    """Relative half widths of what the bounds of p2 to p5 do not say."""
+
+    cable_stiffness: float = 0.05
+    load_inertia: float = 0.05
+    cable_damping: float = 0.2
+    joint_damping: float = 0.2
+    joint_stiffness: float = 0.1
+    drive_inertia: float = 0.05
+
+
 @dataclass(frozen=True, slots=True)
 class DesignSpec:
     """What a law is to be designed for."""
@@ -208,7 +225,7 @@ class DesignSpec:
     @property
     def samples(self) -> int:
         """Of the motion, its ends included."""
-        return round(self.motion.trajectory.duration / self.interval) + 1
+        return self.motion.samples(self.interval)
 
     @property
     def number(self) -> int:
@@ -231,14 +248,12 @@ class DesignSpec:
 
     def rows(self, generator: ReferenceNumbers) -> Array:
         """What a law takes at each sample of the motion, shape (samples, columns)."""
-        return reference_table(
-            generator, motion_numbers(self.drive, self.motion), self.interval, self.samples
-        )
+        motion = motion_numbers(self.drive, self.motion)
+        return reference_table(generator, motion, self.interval, self.samples)
 
     def wanted(self, derivatives: int) -> Array:
         """Wanted load angle at the first shaft with derivatives, shape (derivatives + 1, samples)."""
-        time = np.asarray(self.interval * np.arange(self.samples), dtype=np.float64)
-        return load_gear(self.drive) * self.motion.trajectory(time, derivatives)
+        return load_gear(self.drive) * self.motion.sampled(self.interval, derivatives)
 
 
 def motion_numbers(drive: Drive, motion: Motion) -> MotionNumbers:

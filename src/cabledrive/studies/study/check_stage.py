@@ -182,10 +182,8 @@ def demand_of(drive: Drive, motion: Motion, most: tuple[float | None, float | No
     limits = limits if torque is None else replace(limits, torque=min(limits.torque, torque))
     _, along = motion_torque(drive, motion)
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
-    time = np.linspace(0.0, motion.trajectory.duration, 4001)
-    _, speed, acceleration = motion.trajectory(time, 2)
-    through = values_of(drive)["load_inertia"] / gear * np.abs(acceleration).max()
-    asked = {"torque": (np.abs(along).max(), "N m"), "speed": (np.abs(speed).max(), "rad/s")}
+    through = values_of(drive)["load_inertia"] / gear * motion.trajectory.peak(2)
+    asked = {"torque": (np.abs(along).max(), "N m"), "speed": (motion.trajectory.peak(1), "rad/s")}
     asked |= {"slack_torque": (through, "N m")} if drive.kind == "loop" else {}
     ends = {name: float(getattr(limits, name)) for name in asked}
     if slides is not None:

@@ -25,8 +25,7 @@ from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.friction_integration import integrate_chain
 from cabledrive.reduction.lumped_chain import highest_model
-from cabledrive.rig.laws.controllers import load_gear, place, plant_chain
-from cabledrive.rig.setting import joint_backlash
+from cabledrive.rig.laws.controllers import joint_backlash, load_gear, place, plant_chain
 
 ENCODERS = {
     "angle": "motor_encoder",

@@ -106,8 +106,7 @@ def choose_reduced_model(
     tolerance = NEGLIGIBLE * allowed
     # Largest twist along the motion of the springs that each model takes as rigid [rad at the load].
     chain, gear = plant_chain(drive, None), drive.load_pulley.radius / drive.drive_pulley.radius
-    time = np.linspace(0.0, motion.trajectory.duration, 2001)
-    acceleration = gear * float(np.abs(motion.trajectory(time, 2)[2]).max())
+    acceleration = gear * motion.trajectory.peak(2)
     pulled = np.cumsum(acceleration * np.array(chain.inertias[:0:-1]))
     cable, joint = [*(pulled / chain.stiffness[::-1] / gear).tolist(), 0.0][:2]
     windups = {1: cable + joint, 2: cable, 3: joint, 4: 0.0}

@@ -11,7 +11,6 @@ from cabledrive.parameters import Drive, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.rig.setting import check_record
 from cabledrive.studies.study import stage_cache
 from cabledrive.studies.study.acceptance_stage import no_laws, try_laws
 from cabledrive.studies.study.check_stage import check, goals_for
@@ -81,8 +80,7 @@ def run_study(
     drive = as_axis(drive, axis)
     goals, note = goals_for(drive, goals or Goals()), note or (lambda line: None)
     if drive.sensors is not None and drive.sensors.sample_rate is not None:
-        duration = goals.motion.trajectory.duration
-        check_record(duration, duration * drive.sensors.sample_rate)
+        goals.motion.samples(1.0 / drive.sensors.sample_rate)  # refuses what would not fit into memory
     cache, files = StageCache(folder=folder, note=note), stage_cache.log_files(logs)
     records = Made(stage_cache.read_all, (files, goals.columns))  # where a stage needs them
     hashes = [file.sha256 for file in files]

@@ -22,7 +22,7 @@ from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT
 from cabledrive.rig.closed_loop.loop import Loop, close_loop, run, with_plant
 from cabledrive.rig.laws import controllers
 from cabledrive.rig.laws.controllers import Controller, DesignSpec
-from cabledrive.rig.setting import CABLE, Motion, RigOptions, joint_backlash
+from cabledrive.rig.setting import CABLE, Motion, RigOptions
 from cabledrive.rig.tuning import LawSetting, law_at
 from cabledrive.studies.study.machine import LOG, Quantity, drive_with
 
@@ -86,7 +86,7 @@ def with_values(loop: Loop, values: Mapping[str, float], phases: np.ndarray | No
     """
     plant = drive_with(loop.spec.drive, values)
     chain = controllers.plant_chain(plant, None)
-    play = 0.0 if loop.cable is not None else joint_backlash(plant, chain)
+    play = 0.0 if loop.cable is not None else controllers.joint_backlash(plant, chain)
     fresh = with_plant(loop, chain, play)
     if "slip_torque" in values:  # a run in which the rope slides ends
         slides = values["slip_torque"] / chain.stiffness[-1]
