@@ -24,6 +24,7 @@ FAULTS = {
     "flexible-40": {"resonance": 40.0},
     "flexible-load-friction": {"resonance": 25.0, "load_share": 0.5},
     "backlash": {"resonance": 92.0, "gap": np.radians(1.0)},
+    "bouc-wen": {"resonance": 30.0, "hysteresis": 0.4},
     "stribeck": {"stribeck_excess": 0.6, "stribeck_speed": 1.0},
     "smooth": {"smooth_slope": 0.5},
     "lugre": {"bristle": 3e-3, "stribeck_excess": 0.3, "stribeck_speed": 1.0},
@@ -87,7 +88,7 @@ def _truths():
     sound += [("sound", e, "held", "coarse") for e in ("multisine", "servo", "servo-periodic", "steps")]
     faulty = []
     runs = ("multisine", "servo-periodic", "chirp", "servo", "steps")
-    for number, fault in enumerate(name for name in FAULTS if name != "sound"):
+    for number, fault in enumerate(name for name in FAULTS if name not in ("sound", "bouc-wen")):
         for k in range(3):
             excitation = runs[(number + 2 * k) % len(runs)]
             noise = ("fine", "coarse", "analog")[(number + k) % 3]
@@ -176,6 +177,10 @@ def _plant_fault(fault, numbers, rng):
         stiffness = omega**2 * motor * load / total
         made |= {"inertia": motor, "load_inertia": load, "stiffness": stiffness}
         made |= {"damping": 0.04 * stiffness / omega}
+        if "hysteresis" in fault:  # of that frequency and that share on average, which both are drawn
+            stiffness *= rng.uniform(0.5, 2.0) ** 2
+            made |= {"stiffness": stiffness, "hysteresis": fault["hysteresis"] * rng.uniform(0.5, 1.5)}
+            made |= {"hysteresis_size": c / stiffness * rng.uniform(0.5, 3.0)}
         if "load_share" in fault:
             made |= {"coulomb": (1.0 - fault["load_share"]) * c, "load_coulomb": fault["load_share"] * c}
     if "cogging" in fault:

@@ -3,7 +3,8 @@
 The motion between two events is smooth (the sign of every speed, every contact and the torque's piece are
 fixed) and is integrated by the classical Runge-Kutta scheme of order 4; a sign change of a speed, the end of
 a rest and a contact inside a step are located by bisection, the step ends there, and the next begins with
-the new signs. States: angle and speed of the motor, angle and speed of the load, bristle deflection.
+the new signs. States: angle and speed of the motor, angle and speed of the load, deflection of the bristle
+or, under `hysteresis`, of the belt's slack part: k (a x + (1 - a) z), z' = x' - (|x'| z + x' |z|)/(2 z_max).
 """
 
 from typing import NamedTuple
@@ -33,6 +34,8 @@ class Axis(NamedTuple):
     stiffness: float = 0.0
     damping: float = 0.0
     gap: float = 0.0
+    hysteresis: float = 0.0  # 1 - a of Bouc and Wen
+    hysteresis_size: float = 1.0  # z_max
     load_coulomb: float = 0.0
     load_viscous: float = 0.0
     coulomb_drift: float = 0.0
@@ -59,7 +62,8 @@ def _acting(p, x, torque):
 def _link(p, x, contact):
     if p.load_inertia == 0.0 or (contact == 0.0 and p.gap > 0.0):
         return 0.0
-    return p.stiffness * (x[0] - x[2] - contact * 0.5 * p.gap) + p.damping * (x[1] - x[3])
+    twist = (1.0 - p.hysteresis) * (x[0] - x[2] - contact * 0.5 * p.gap) + p.hysteresis * x[4]
+    return p.stiffness * twist + p.damping * (x[1] - x[3])
 
 
 @njit(cache=True)
@@ -80,6 +84,9 @@ def _rates(p, x, torque, sides, contact, share, out):
     out[0] = w
     smooth = p.viscous * w + p.quadratic * w * abs(w) + p.asymmetry * abs(w)
     out[4] = 0.0
+    if p.hysteresis > 0.0:
+        rate = x[1] - x[3]
+        out[4] = rate - 0.5 / p.hysteresis_size * (abs(rate) * x[4] + rate * abs(x[4]))
     if p.bristle > 0.0:
         stiff = share * p.coulomb / p.bristle
         level = share * (p.coulomb + p.stribeck_excess * np.exp(-((w / p.stribeck_speed) ** 2)))
@@ -100,19 +107,14 @@ def _rates(p, x, torque, sides, contact, share, out):
 @njit(cache=True)
 def _step(p, x, begin, slope, h, sides, contact, share, work, out):
     """Runge-Kutta over h; the torque runs on the line begin + slope t."""
-    k1, k2, k3, k4, y = work[0], work[1], work[2], work[3], work[4]
-    _rates(p, x, begin, sides, contact, share, k1)
-    for i in range(STATES):
-        y[i] = x[i] + 0.5 * h * k1[i]
-    _rates(p, y, begin + 0.5 * h * slope, sides, contact, share, k2)
-    for i in range(STATES):
-        y[i] = x[i] + 0.5 * h * k2[i]
-    _rates(p, y, begin + 0.5 * h * slope, sides, contact, share, k3)
-    for i in range(STATES):
-        y[i] = x[i] + h * k3[i]
-    _rates(p, y, begin + h * slope, sides, contact, share, k4)
-    for i in range(STATES):
-        out[i] = x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
+    rate, y, at = work[0], work[1], 0.0
+    y[:], out[:] = x, x
+    for weight, ahead in ((1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)):
+        _rates(p, y, begin + at * h * slope, sides, contact, share, rate)
+        for i in range(STATES):
+            out[i] += h / 6.0 * weight * rate[i]
+            y[i] = x[i] + ahead * h * rate[i]
+        at = ahead
 
 
 @njit(cache=True)
@@ -161,7 +163,7 @@ def _settle(p, x, torque, event, sides, contact, share):
 @njit(cache=True)
 def _advance(p, x, begin, slope, h, sides, contact, share, work):
     """Over h, from event to event."""
-    left, last, trial = h, begin, work[5]
+    left, last, trial = h, begin, work[2]
     for _ in range(200):
         _step(p, x, last, slope, left, sides, contact, share, work, trial)
         event = _crossed(p, trial, last + slope * left, sides, contact, share)
@@ -197,7 +199,7 @@ def move(p, command, extra, reference, servo, sensor, interval, fine, line, angl
     of the reference's acceleration, pole of the speed's filter. ``sensor``: quantum, phase, eccentricity,
     its phase, noise is added elsewhere.
     """
-    x, sides, work = np.zeros(STATES), np.zeros(2), np.zeros((6, STATES))
+    x, sides, work = np.zeros(STATES), np.zeros(2), np.zeros((3, STATES))
     x[0], x[1], sides[0] = p.start, p.start_speed, np.sign(p.start_speed)
     if p.load_coulomb == 0.0:
         sides[1] = 1.0
