@@ -5,6 +5,7 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import cabledrive as cd
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.reduction.fast_simulation import simulate_fast
 from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
@@ -22,6 +24,7 @@ from cabledrive.simulation.own_law import CompiledLaw, compiled_law
 from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspace
 from cabledrive.simulation.plan import SLACK as SLACK_SPAN
 from cabledrive.simulation.segment_laws import law_components
+from command import python
 from oracles.readable_chain.verlet import integrate_reference
 
 DRIVE = cd.load_drive("dissertation-2")
@@ -236,3 +239,40 @@ class WithOnes(cd.CableLaw):
 def test_a_formula_with_numpys_own_makers_of_arrays_is_compiled():
     case = case_of(DRIVE, 0.01, **RUN | {"scheme": Scheme(segments=12, model=WithOnes)})
     assert why_plain() or isinstance(compiled_law(case.plan, case.law), CompiledLaw)
+
+
+# --- On a machine where numba is not to be had, every method runs in numpy and gives the same
+HIDDEN = """
+import sys
+
+class Hidden:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("numba", "llvmlite"):
+            raise ImportError(name)
+
+sys.meta_path.insert(0, Hidden())
+import test_own_law as t
+for rows in t.every_run():
+    sys.stdout.write(rows.tobytes().hex() + "\\n")
+assert "numba" not in sys.modules
+"""
+
+
+def every_run():
+    run = {"torque": Sine(amplitude=0.02, frequency=81.7), "start": Start(plucks=(Pluck(height=1e-3),))}
+    for method in NAMES:
+        yield cd.simulate(DRIVE, 2e-3, scheme=Scheme(segments=12, method=method), **run).rows
+    yield simulate_fast(DRIVE, 2e-2, **run).rows
+
+
+def test_every_method_gives_the_same_without_numba(measured):
+    pytest.importorskip("numba")
+    lines = python(HIDDEN, paths=[Path(__file__).parent]).split()
+    assert len(lines) == len(NAMES) + 1
+    apart = []
+    for line, rows in zip(lines, every_run(), strict=True):
+        found = np.frombuffer(bytes.fromhex(line)).reshape(rows.shape)
+        scale = np.max(np.abs(rows), axis=0) + 1e-12
+        apart.append(np.max(np.abs(found - rows) / scale))
+    measured("within " + ", ".join(f"{one:.1e}" for one in apart) + f": {', '.join(NAMES)}, fast model")
+    assert max(apart) < 1e-9, apart

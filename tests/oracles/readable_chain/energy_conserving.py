@@ -24,8 +24,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import LinearLaw
 from cabledrive.simulation.plan import KICK_T, KICK_U, PRETENSION, RIGIDITY, SPACING, Plan, State, copy_state
-from oracles.readable_chain.observe import balance_of
-from oracles.readable_chain.verlet import observed, step_reference, twin
+from oracles.readable_chain.verlet import balance_of, observed, step_reference, twin
 
 # Entries of State.extra: E half a step before the state's time, and C.
 STORED, SHIFT = range(2)

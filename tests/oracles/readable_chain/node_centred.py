@@ -21,8 +21,13 @@ from cabledrive.simulation.plan import (
     Plan,
     State,
 )
-from oracles.readable_chain.shafts import solve_shafts_reference
-from oracles.readable_chain.verlet import moved_reference, shaft_forces_reference, tally_reference, twin
+from oracles.readable_chain.verlet import (
+    moved_reference,
+    shaft_forces_reference,
+    solve_shafts_reference,
+    tally_reference,
+    twin,
+)
 
 
 def step_reference(

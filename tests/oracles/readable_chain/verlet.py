@@ -6,18 +6,21 @@ With forces F, masses M and damping C, one step from :math:`t_j` is
           = F(x_j) - C\,\frac{\dot x_{j+1/2} + \dot x_{j-1/2}}{2} - f, \qquad
           x_{j+1} = x_j + \Delta t\,\dot x_{j+1/2}
 
-with Coulomb friction f in :math:`c\,\mathrm{Sgn}(\dot x_{j+1/2})`.
+with Coulomb friction f in :math:`c\,\mathrm{Sgn}(\dot x_{j+1/2})`, set-valued or smoothed. The dampers along
+the cable, of Kelvin and Voigt, are one linear system for the new velocities of the nodes of a span.
 """
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.simulation import channels
-from cabledrive.simulation.dampers import UNDAMPED
+from cabledrive.simulation.dampers import AS_STRAIGHT, UNDAMPED
 from cabledrive.simulation.plan import (
+    COMPLIANCE,
     DRAG,
     EVENTS,
     FALL_U,
@@ -26,29 +29,62 @@ from cabledrive.simulation.plan import (
     KEEP_T,
     KICK_T,
     KICK_U,
+    MASS,
     MOST_EVENTS,
+    SPACING,
     STEPS,
+    WEIGHT_U,
+    WEIGHT_W,
     Plan,
     State,
     Workspace,
     copy_state,
     law_of,
 )
-from oracles.readable_chain.axial_damping import damped_span_reference, damper_directions
-from oracles.readable_chain.observe import balance_of, observe_reference
-from oracles.readable_chain.shafts import solve_shafts_reference
 
 DONE, SLACK, NOT_FINITE = range(3)
+
+
+def balance_of(plan: Plan) -> int:
+    """Column of the balance."""
+    return 5 * len(plan.nodes) + 3 * len(plan.probe) + 3 + channels.TALLIES
 
 
 def observed(
     plan: Plan, law: CableLaw, before: State, after: State, gradients: Array, torque: float, row: Array
 ):
-    """The record of a step."""
-    observe_reference(
-        plan, law, np.stack([before.x, before.x_t]), after.x_t, before.q,
-        np.stack([before.q_t, after.q_t]), np.stack([before.tallies, after.tallies]), torque, row,
-    )  # fmt: skip
+    """The record of a step: angles, tensions, energies, budget."""
+    x, q, new = before.x, before.q, after.x_t
+    change, velocity = 0.5 * (new - before.x_t), 0.5 * (new + before.x_t)
+    turned, turning = 0.5 * (after.q_t - before.q_t), 0.5 * (after.q_t + before.q_t)
+    spans = len(plan.nodes)
+    spacing = plan.segment[SPACING].reshape(spans, -1)
+    tension = law.tension(*gradients).reshape(spans, -1)
+    stored = law.energy_density(*gradients).reshape(spans, -1)
+    inner, mass = [slice(first + 1, last) for first, last in plan.nodes], plan.node[MASS]
+    weight = plan.node[[WEIGHT_U, WEIGHT_W]]
+
+    along = [0.5 * mass[own] @ velocity[0, own] ** 2 for own in inner]
+    across = [0.5 * mass[own] @ np.sum(velocity[1:, own] ** 2, axis=0) for own in inner]
+    probes = [(1.0 - share) * x[:, int(i)] + share * x[:, int(i) + 1] for i, share in plan.probe]
+    springs = 0.5 * q @ plan.stiffness @ q - plan.rest @ q
+    energies = [-np.sum(weight * x[[0, 2]]), 0.5 * turning @ plan.mass @ turning, springs]
+    done = 0.5 * (before.tallies[0] + after.tallies[0])
+    works = done[channels.TORQUE_WORK] + done[channels.FORCE_WORK]
+
+    excess = np.stack(law.excess_components(*gradients))
+    moved = change.copy()
+    for first, last in plan.nodes:
+        moved[1:, [first, last]] = 0.0
+    inertia = 0.5 * np.sum(mass * np.sum(change**2, axis=0)) + 0.5 * turned @ plan.mass @ turned
+    pull = -np.sum(excess * np.diff(moved, axis=1)) + np.sum(weight * change[[0, 2]])
+    pull += (plan.rest - plan.stiffness @ q) @ turned
+    strain = np.sum(stored * spacing, axis=1)
+    kept = np.sum(along) + np.sum(across) + np.sum(strain) + np.sum(energies)
+    balance = kept + inertia - 0.5 * plan.step * pull + np.sum(done) - 2.0 * works
+    mean = np.sum(tension * spacing, axis=1) / np.sum(spacing, axis=1)
+    parts = (mean, np.min(tension, axis=1), along, across, strain, *probes, energies, done, [balance])
+    row[:] = np.concatenate([*parts, q, turning, torque])
 
 
 def twin(step: Callable[..., None], observe: Callable[..., None] = observed) -> Callable[..., int]:
@@ -235,6 +271,119 @@ def note_slack_reference(plan: Plan, law: CableLaw, state: State, gradients: Arr
 
 def _step(plan: Plan, law: CableLaw, state: State, gradients: Array, torque: Array, forces: Array) -> None:
     step_reference(plan, law, state, np.stack(law.excess_components(*gradients)), torque, forces)
+
+
+# --- Shafts
+def friction_of(plan: Plan) -> tuple[Array, Array]:
+    """Coulomb friction and speed over which it is smoothed, of each shaft."""
+    coulomb, smooth = np.zeros(3), np.full(3, plan.smooth.max(initial=0.0))
+    coulomb[plan.stick], smooth[plan.stick] = plan.bound, plan.smooth
+    return coulomb, smooth
+
+
+def solve_shafts_reference(plan: Plan, matrix: Array, right: Array, old: Array) -> tuple[Array, Array]:
+    r"""New speeds v and frictions f of the shafts: :math:`A v + f = r`, :math:`f \in c\,\mathrm{Sgn}(v)`.
+
+    Each shaft sticks or slips one way or the other: all cases are tried until one fits. A smoothed friction
+    :math:`f_i = c_i \tanh\frac{v_i + v_i^{old}}{2 s_i}` is found by Newton's method.
+    """
+    free = np.flatnonzero(plan.moves > 0.0)
+    new, friction = np.zeros(3), np.zeros(3)
+    inner = matrix[np.ix_(free, free)]
+    coulomb, smooth = (values[free] for values in friction_of(plan))
+    if (smooth > 0.0).any():
+        new[free] = _smoothed(inner, right[free], coulomb, smooth, old[free])
+    else:
+        new[free] = _stick_slip(inner, right[free], coulomb)
+    rubbing = free[coulomb > 0.0]
+    friction[rubbing] = (right - matrix @ new)[rubbing]
+    return new, friction
+
+
+def _stick_slip(matrix: Array, right: Array, coulomb: Array) -> Array:
+    best, least = np.zeros_like(right), np.inf
+    for case in product((0.0, 1.0, -1.0), repeat=right.size):
+        way = np.array(case)
+        slips = way != 0.0
+        speed = np.zeros_like(right)
+        inner = matrix[np.ix_(slips, slips)]
+        speed[slips] = np.linalg.solve(inner, (right - coulomb * way)[slips])
+        friction = right - matrix @ speed
+        wrong_way = np.maximum(-speed * way, 0.0)
+        too_much = np.where(slips, 0.0, np.maximum(np.abs(friction) - coulomb, 0.0)) / np.diag(matrix)
+        miss = float(np.sum(wrong_way + too_much))
+        if miss < least:
+            best, least = speed, miss
+    return best
+
+
+def _smoothed(matrix: Array, right: Array, coulomb: Array, smooth: Array, old: Array) -> Array:
+    def excess(speed: Array) -> Array:
+        return matrix @ speed + coulomb * np.tanh(0.5 * (speed + old) / smooth) - right
+
+    speed = old.copy()
+    for _ in range(200):
+        push, left = np.tanh(0.5 * (speed + old) / smooth), excess(speed)
+        slope = matrix + np.diag(0.5 * coulomb * (1.0 - push**2) / smooth)
+        step = np.linalg.solve(slope, left)
+        if np.linalg.norm(excess(speed - step)) > np.linalg.norm(left):
+            # where the tangent is flat and the friction is not, the chord through zero keeps it from cycling
+            chord = matrix + np.diag(coulomb / np.maximum(np.abs(speed + old), 2.0 * smooth))
+            step = np.linalg.solve(chord, left)
+        speed = speed - step
+        if np.max(np.abs(step)) <= 1e-15 * np.max(np.abs(speed), initial=1e-300):
+            break
+    return speed
+
+
+# --- Dampers along the cable
+def damper_directions(plan: Plan, law: CableLaw, x: Array) -> Array:
+    """Directions along which the segments are damped.
+
+    ``x``, shape (3, nodes): displacements [m].
+    Returns shape (3, segments): derivative of each segment's strain; zero where the cable is slack.
+    """
+    gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
+    return np.stack(law.strain_gradient(*gradients))
+
+
+def damped_span_reference(
+    plan: Plan, span: int, direction: Array, mean: Array, rim_speeds: tuple[float, float]
+) -> Array:
+    """Damping tensions of a span for given mean speeds of its rims, shape (segments per span,) [N].
+
+    ``mean`` (3, nodes) holds the mean velocities over the step as they would be without the damping. Solves
+    (1 + G C / 2) V = mean for the velocities V between the rims, with the dampers C = D^T D / compliance and
+    the step over each node's mass in G.
+    """
+    n = plan.nodes[0, 1]
+    nodes = slice(span * n, span * n + n + 1)
+    segments = slice(span * n, span * n + n)
+    velocity = mean[:, nodes].copy()
+    velocity[:, [0, -1]] = 0.0
+    velocity[0, [0, -1]] = rim_speeds
+    rates = _rates(direction[:, segments])  # (segments, 3 nodes)
+    dampers = rates.T @ (rates / plan.segment[COMPLIANCE, segments, None])
+    gain = plan.node[[KICK_U, KICK_T, KICK_T], nodes].T.ravel()
+    system = np.eye(gain.size) + 0.5 * gain[:, None] * dampers
+    if plan.axial == AS_STRAIGHT:  # the tensions' own matrix is that of a rope along u
+        along = _rates(np.eye(3)[[0]].T + np.zeros((3, n)))
+        matrix = np.diag(plan.segment[COMPLIANCE, segments]) + 0.5 * along * gain @ along.T
+        tension: Array = np.linalg.solve(matrix, rates @ velocity.T.ravel())
+        return tension
+    between = np.linalg.solve(system, velocity.T.ravel())
+    tension = (rates @ between) / plan.segment[COMPLIANCE, segments]
+    return tension
+
+
+def _rates(direction: Array) -> Array:
+    """Matrix that takes velocities (u, v, w node after node) to the rates at which the segments stretch."""
+    segments = direction.shape[1]
+    rates = np.zeros((segments, segments + 1, 3))
+    own = np.arange(segments)
+    rates[own, own] = -direction.T
+    rates[own, own + 1] = direction.T
+    return rates.reshape(segments, -1)
 
 
 integrate_reference = twin(_step)
