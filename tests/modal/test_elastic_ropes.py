@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from parts import held
+from machines import held
 
 import cabledrive as cd
 from cabledrive.modal.elements import ACROSS, Rope

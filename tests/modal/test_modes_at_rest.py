@@ -6,8 +6,8 @@ from math import pi, radians, sqrt
 
 import numpy as np
 import pytest
+from machines import by_multiplicity, irvine_roots
 from numpy.testing import assert_allclose
-from parts import by_multiplicity, irvine_roots
 from scipy.optimize import brentq
 from scipy.special import j0, j1, y0, y1
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from parts import by_multiplicity, finite_elements
+from machines import by_multiplicity, finite_elements
 
 import cabledrive as cd
 from cabledrive.mechanics import Chain, Pendant

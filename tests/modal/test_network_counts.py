@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from parts import alone, listed
+from machines import alone, listed
 
 from cabledrive.modal import rows
 from network_samples import random_elastic_network, random_hanging_network, random_network

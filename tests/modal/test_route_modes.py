@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from parts import by_multiplicity
+from machines import by_multiplicity
 
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from parts import held, irvine_roots
+from machines import held, irvine_roots
 
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of

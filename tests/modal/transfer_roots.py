@@ -212,17 +212,16 @@ def winding_number(chain, low, high):
 
 
 def _change(chain, start, end):
-    """Change of the discriminant's argument along a straight line, in steps of less than a radian."""
-    total, at, step = mpf(0), mpf(0), mpf(1) / 16
-    value = discriminant(chain, start)
-    while at < 1:
-        step = min(2 * step, 1 - at)
-        while True:
-            new = discriminant(chain, start + (at + step) * (end - start))
-            half = discriminant(chain, start + (at + step / 2) * (end - start))
-            parts = mp.arg(half / value), mp.arg(new / half)
-            if max(map(abs, parts)) < 0.5:
-                break
-            step /= 2
-        total, at, value = total + sum(parts), at + step, new
-    return total
+    """Change of the discriminant's argument along a line, cut until a piece turns by half a radian."""
+
+    def turned(start, end, first, last):
+        middle = (start + end) / 2
+        between = discriminant(chain, middle)
+        parts = mp.arg(between / first), mp.arg(last / between)
+        if max(map(abs, parts)) < 0.5:
+            return sum(parts)
+        return turned(start, middle, first, between) + turned(middle, end, between, last)
+
+    places = [start + k * (end - start) / 32 for k in range(33)]
+    ends = pairwise(zip(places, [discriminant(chain, place) for place in places], strict=True))
+    return sum(turned(a, b, first, last) for (a, first), (b, last) in ends)

@@ -11,8 +11,14 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import root
 
+from oracles import rope_fem
 from oracles.network_fem import shape_functions
 from oracles.route_fem import Kinematics, solid_parts, span_frames, weight_of
+
+PLANES = (0, 1), (2,)
+"""Along and across, out of the plane."""
+COUNTED = 24
+"""Frequencies of each."""
 
 
 @dataclass(frozen=True)
@@ -91,15 +97,15 @@ def settled(drive, frame, pull, hung, keeps):
     return axes, directions, parts
 
 
-def frequencies(drive, pulls, *, keeps=False, degree=26):
-    """Natural frequencies [Hz] in the plane and out of it, ascending.
+def frequencies(drive, pulls, *, keeps=False, ways=PLANES, held=(), degree=26):
+    """The first natural frequencies [Hz] of each of some sets of ways, by default in and out of the plane.
 
     ``pulls``: of each span along its chord [N]; ``keeps``: as of a loop or line, whose parts keep their
-    unstretched lengths and whose rims move the rope along the chord.
+    unstretched lengths and whose rims move the rope along the chord; ``held``: coordinates at rest.
     """
     kin = Kinematics(drive)
     values, slopes, weights, points = shape_functions(degree)
-    n = kin.size + 3 * len(drive.carriage)  # along, across, out of the plane
+    n = kin.size + 3 * len(drive.carriage)
     spans = list(zip(span_frames(drive), pulls, strict=True))
     bubbles = np.arange(n, n + 3 * (degree - 1) * (len(spans) + len(drive.carriage)))
     total = n + bubbles.size
@@ -130,9 +136,10 @@ def frequencies(drive, pulls, *, keeps=False, degree=26):
             k += rows.T @ stiff.reshape(len(rows), -1) @ rows
             mass = drive.ropes[frame[4]].density * part.length * (values * weights) @ values.T
             m += rows.T @ np.kron(mass, np.eye(3)) @ rows
-    outward = np.isin(np.arange(total), [*range(kin.size + 2, n, 3), *bubbles[2::3]])
-    used = np.diag(m) > 0.0
-    squares = (
-        eigh(k[own][:, own], m[own][:, own], eigvals_only=True) for own in (used & ~outward, used & outward)
-    )
-    return tuple(np.sqrt(np.maximum(square, 0.0)) / (2.0 * np.pi) for square in squares)
+    way = np.concatenate((np.zeros(kin.size), np.resize(range(3), total - kin.size)))
+    free = (np.diag(m) > 0.0) & ~np.isin(range(total), held)
+    found = []
+    for own in (np.ix_(*[free & np.isin(way, one)] * 2) for one in ways):
+        top = eigh(k[own], m[own], eigvals_only=True)[: COUNTED + 1][-1]
+        found.append(rope_fem.frequencies(m[own], k[own], np.sqrt(top)) / (2.0 * np.pi))
+    return found
