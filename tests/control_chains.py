@@ -15,12 +15,12 @@ DRIVE = load_drive("dissertation-3")
 INTERVAL = 1.0 / 5000.0
 
 
-def model(number: int) -> LumpedChain:
+def model(number):
     """Model of dissertation-3, in angles of the motor's shaft."""
     return reflected(lumped_model(DRIVE, number))[0]
 
 
-def row_of(n: int, rng: np.random.Generator) -> LumpedChain:
+def row_of(n, rng):
     """A damped lumped chain of n inertias with random, plausible numbers."""
     return LumpedChain(
         names=tuple(f"shaft {i}" for i in range(n)),
@@ -34,14 +34,14 @@ def row_of(n: int, rng: np.random.Generator) -> LumpedChain:
     )
 
 
-def flat_rows(flat, wanted: np.ndarray, interval: float) -> np.ndarray:
+def flat_rows(flat, wanted, interval):
     """Rows of `flat_generator` from whole arrays of the wanted load angle and its derivatives."""
     for time in flat.time_constants:
         wanted = lagged(wanted, float(time), interval)
     return np.ascontiguousarray(wanted.T @ flat_map(flat))
 
 
-def carried(chain: LumpedChain, torque: np.ndarray, interval: float) -> tuple[np.ndarray, np.ndarray]:
+def carried(chain, torque, interval):
     """Angles, then speeds, and motor torque that keep the load still under a torque with derivatives."""
     times, sources, output = carried_terms(chain)
     stages = [torque]
@@ -51,7 +51,7 @@ def carried(chain: LumpedChain, torque: np.ndarray, interval: float) -> tuple[np
     return found[:-1].T, found[-1]
 
 
-def state_of(states, estimate=(), memory=(), table=(0, 0), last=0.0) -> ControllerState:
+def state_of(states, estimate=(), memory=(), table=(0, 0), last=0.0):
     """What a law keeps, without a filter: angles and speeds, estimates, memory, last command."""
     parameters, held = np.zeros(ESTIMATES + 1), np.array([0.0, last])
     parameters[: len(estimate)] = estimate

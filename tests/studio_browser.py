@@ -4,10 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,16 +14,14 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 VIEWS = ("machine", "resonance", "logs", "control", "studies")
 
 
-def need_browser() -> None:
+def need_browser():
     pytest.importorskip("playwright.sync_api", reason="needs playwright, which is not installed")
     if CHROMIUM is None:
         pytest.skip("needs the browser chromium, which is not here")
 
 
 @contextmanager
-def studio_process(
-    folder: Path, *arguments: str, warm: bool = False
-) -> Iterator[tuple[subprocess.Popen[str], str]]:
+def studio_process(folder, *arguments, warm=False):
     """A studio as a shell starts it, with its address; every warning of Python's is an error."""
     command = [sys.executable, "-W", "error", "-m", "cabledrive", "studio", *arguments, "--no-browser"]
     environment = os.environ | ({} if warm else {"CABLEDRIVE_STUDIO_WARM": "0"})
@@ -42,9 +37,7 @@ def studio_process(
 
 
 @contextmanager
-def browser_page(
-    address: str, *, width: int = 1440, height: int = 900, scheme: str = "light", tour: bool = False
-):
+def browser_page(address, *, width=1440, height=900, scheme="light", tour=False):
     """A page that has the studio's cookie; what it says on its console and asks of others is kept."""
     from playwright.sync_api import sync_playwright
 
@@ -77,7 +70,7 @@ def browser_page(
 
 
 @contextmanager
-def studio_page(folder: Path, drive: str, *, warm: bool = False, **options: Any):
+def studio_page(folder, drive, *, warm=False, **options):
     """A studio of a drive, and a page at it that at the end has said nothing and asked nothing of others."""
     need_browser()
     with (

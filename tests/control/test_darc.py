@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from cabledrive.control import darc
 from cabledrive.control.bound import printed_uncertainty, robust_conditions, uncertainty
 from cabledrive.control.law_kernels import adapt, law_step
-from cabledrive.control.numbers import K_SIGMA, LawNumbers
+from cabledrive.control.numbers import K_SIGMA
 from cabledrive.control.reference import flat_output, joint_motion
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
@@ -21,7 +21,7 @@ from oracles.printed_darc_laws import LAWS, Machine, printed_states
 FLEXIBLE_JOINT = {1: False, 2: True, 3: False, 4: True}
 
 
-def law_of(number: int, *, bandwidth: float = 12.0, **options) -> LawNumbers:
+def law_of(number, *, bandwidth=12.0, **options):
     chain = model(number)
     flat = flat_output(chain, damped=False)
     y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 2 * chain.size)

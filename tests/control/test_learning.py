@@ -23,7 +23,7 @@ WHOLE = np.array([sum(CHAIN.inertias), CHAIN.viscous[0], CHAIN.coulomb[0], CHAIN
 
 
 @cache
-def motion() -> tuple[np.ndarray, np.ndarray]:
+def motion():
     """Angles of every shaft in one pulse, and the mean torque over each sample, friction included."""
     flat = flat_output(CHAIN)
     y = pulse(0.785, 0.5, 0.5)(np.arange(0.0, 2.0, INTERVAL), 6)
@@ -36,7 +36,7 @@ def motion() -> tuple[np.ndarray, np.ndarray]:
     return states[:, :3], 0.5 * (torque + after)
 
 
-def counted(angles: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def counted(angles, rng):
     """Readings of the last encoders, which start anywhere within a count."""
     counts = COUNTS[-angles.shape[1] :]
     return counts * np.rint(angles / counts + rng.uniform(-0.5, 0.5, angles.shape[1]))
@@ -53,7 +53,7 @@ def test_filter_gives_the_derivatives_of_a_slow_sine():
         assert np.abs(row - exact).max() < 1e-5 * np.abs(exact).max()
 
 
-def rubbed(coulomb: float, viscous: float) -> np.ndarray:
+def rubbed(coulomb, viscous):
     """Angles before the load and of it in a pulse, with friction of the load; the twist by its own equation.
 
     gamma twist' + beta twist = y'' + coulomb sgn(y') + viscous y', integrated in exact short steps.

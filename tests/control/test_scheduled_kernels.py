@@ -159,7 +159,7 @@ BEGUN, COVARIANCE = np.array([0.2, -0.1, 0.4]), np.diag([0.5, 0.3, 0.8]) + 0.1
 INNOVATIONS = np.array([0.4, -0.9])
 
 
-def law(kept=1.0, gate=1e9, renewed=0.0) -> LawNumbers:
+def law(kept=1.0, gate=1000000000.0, renewed=0.0):
     learning = np.zeros((5, PARAMETERS))
     learning[LOW], learning[HIGH], learning[GAIN] = -9.0, 9.0, 2.0
     rows = np.zeros((1 + ENCODERS, MEMORY + STATES))
@@ -169,7 +169,7 @@ def law(kept=1.0, gate=1e9, renewed=0.0) -> LawNumbers:
     return LawNumbers(LEARNING, matrix, rows, learning, np.array([1e-3, kept, gate, renewed, 0.0, 0.0, 0.0]))
 
 
-def kept_state() -> ControllerState:
+def kept_state():
     return ControllerState(
         sample=np.zeros(1, dtype=np.int64),
         estimate=np.zeros(2 * STATES),
@@ -184,7 +184,7 @@ def kept_state() -> ControllerState:
     )
 
 
-def reference() -> np.ndarray:
+def reference():
     parts = [WANTED, [TORQUE]]
     for carried, torque, slopes in zip(CARRIED, TORQUES, SLOPES, strict=True):
         parts += [carried, [torque], slopes]

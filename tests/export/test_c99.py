@@ -10,13 +10,7 @@ import pytest
 import cabledrive as cd
 from cabledrive.control.controller_kernels import new_target_state, start_target, target_step
 from cabledrive.control.numbers import start_estimates
-from cabledrive.export.c99 import (
-    commands_of,
-    controller_package,
-    references_of,
-    rippled_readings,
-    self_test,
-)
+from cabledrive.export.c99 import commands_of, controller_package, references_of, rippled_readings, self_test
 from cabledrive.export.door import write_folder
 from cabledrive.export.single_precision import MARGIN, differenced, self_test_gap, single_precision
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS

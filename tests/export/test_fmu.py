@@ -16,11 +16,7 @@ from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import network_response, rotor_turn
 from cabledrive.reduction.modal_cable import modal_cable
-from cabledrive.reduction.stretch_kernels import (
-    cable_motion,
-    cable_step,
-    start_cable,
-)
+from cabledrive.reduction.stretch_kernels import cable_motion, cable_step, start_cable
 from cabledrive.reduction.stretches import new_stretch_state
 from cabledrive.rig.closed_loop.loop_kernels import loop_step
 from export.compilers import COMPILERS, WARNINGS, checked

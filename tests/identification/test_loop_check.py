@@ -22,25 +22,15 @@ def named_first(findings, rig):
     return bool(findings) and WORDS[rig] in findings[-1].partition(";")[0]
 
 
-def free_motion(torque):
-    """Angle of a rigid axis under a torque that stands from sample to sample."""
-    still, out = np.zeros_like(torque), np.empty((2, torque.size))
-    shadow(VALUES, np.array([0.0, 0.0, STEP]), torque, still, still, out)
-    return out[0]
-
-
-def sticking_torque(size=3000):
-    t = STEP * np.arange(size)
-    return 0.12 * np.sin(2 * np.pi * 1.3 * t) * (np.sin(2 * np.pi * 0.35 * t) > 0)
-
-
 @pytest.mark.kernel
 def test_an_observer_foresees_a_rigid_axis_that_sticks_and_turns():
     """cabledrive.identification.axis.equation: no innovation without noise, to round-off."""
-    torque = sticking_torque()
-    angle, out = free_motion(torque), np.empty((5, torque.size))
-    observe(VALUES, observer_gains(60.0, STEP), torque, angle, np.zeros(2), out)
-    assert np.abs(out[0]).max() < 1e-12 * np.ptp(angle), f"observed {np.abs(out[0]).max():.2g} rad"
+    t = STEP * np.arange(3000)
+    torque = 0.12 * np.sin(2 * np.pi * 1.3 * t) * (np.sin(2 * np.pi * 0.35 * t) > 0)
+    moved, out = np.empty((2, t.size)), np.empty((5, t.size))
+    shadow(VALUES, np.array([0.0, 0.0, STEP]), torque, 0.0 * t, 0.0 * t, moved)
+    observe(VALUES, observer_gains(60.0, STEP), torque, moved[0], np.zeros(2), out)
+    assert np.abs(out[0]).max() < 1e-12 * np.ptp(moved[0]), f"observed {np.abs(out[0]).max():.2g} rad"
     assert 0.2 < np.mean(out[3] == 0.0) < 0.8, "the motion must hold sticking and slipping"
 
 

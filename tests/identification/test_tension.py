@@ -12,11 +12,7 @@ from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.signals import zero_phase
 from cabledrive.identification.tension.both import tension_of_both, tensions_from_load_cell
 from cabledrive.identification.tension.family_fit import family_tension
-from cabledrive.identification.tension.strings import (
-    compared,
-    tension_from_ping,
-    tension_of_route_span,
-)
+from cabledrive.identification.tension.strings import compared, tension_from_ping, tension_of_route_span
 from cabledrive.identification.tension.tones import Tones, fit_tones
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from command import answer, refusal
@@ -196,8 +192,7 @@ def test_a_sweep_is_no_ping(seconds, noise, measured):
     measured(f"sweep of {seconds} s: {str(refused.value)[:60]}")
 
 
-def noise_alone(drive):
-    return np.arange(4000) / 2000.0, np.random.default_rng(3).normal(size=4000)
+TIME = np.arange(4000) / 2000.0
 
 
 def swept_past_its_tone(drive):
@@ -217,7 +212,7 @@ def knock(*ratios):
 @pytest.mark.parametrize(
     "name, made, words",
     [
-        ("dissertation-3", noise_alone, "no tone"),
+        ("dissertation-3", lambda _: (TIME, np.random.default_rng(3).normal(size=TIME.size)), "no tone"),
         ("dissertation-3", swept_past_its_tone, "no ping"),
         ("dissertation-3", lambda drive: rung(drive, 0, decay=0.0), "does not decay"),
         ("elevator", lambda drive: rung(drive, 0), "record longer"),  # its first mode is some Hz
@@ -415,13 +410,6 @@ def turning(name, tension, height):
     )
 
 
-def tension_by_counts(drive, run, phase):
-    count = 2 * np.pi / 10_000
-    angle = count * np.floor(run.load_angle / count + phase)
-    log = log_of(run.time, {"load_angle": angle}, {"load_angle": "rad"})
-    return tension_from_ping(log, drive).spans["upper"].tension.value
-
-
 @pytest.mark.parametrize(
     "name, tension, height, least",
     [
@@ -435,10 +423,12 @@ def tension_by_counts(drive, run, phase):
 def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least, measured):
     """Either no tone or the tension within 1 %; always the tension at 5 N."""
     drive, run = turning(name, tension, height)
-    off, refusals = [], []
+    off, refusals, count = [], [], 2 * np.pi / 10_000
     for phase in np.arange(20) / 20:
+        angle = count * np.floor(run.load_angle / count + phase)
+        log = log_of(run.time, {"load_angle": angle}, {"load_angle": "rad"})
         try:
-            off.append(abs(tension_by_counts(drive, run, phase) / tension - 1.0))
+            off.append(abs(tension_from_ping(log, drive)["upper"] / tension - 1.0))
         except cd.NotComputed as refusal:
             refusals.append(str(refusal))
     measured(f"{len(off)} of 20 identified" + (f", worst {100 * max(off):.3f} %" if off else ""))

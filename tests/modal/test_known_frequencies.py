@@ -121,14 +121,6 @@ def test_rigid_supports_leave_the_multiples_of_a_half_wave(measured):
 LOOP = cd.load_drive("dissertation-1")
 
 
-def with_rims(drive, first, second):
-    """The drive with J = m r^2 for the two rim masses [kg]."""
-    pulleys = (
-        replace(p, inertia=m * p.radius**2) for p, m in zip(drive.pulley, (first, second), strict=True)
-    )
-    return replace(drive, pulley=tuple(pulleys))
-
-
 def test_rigid_supports_miss_the_pulley_mode_of_both_configurations_by_a_factor():
     """Section 3.2.1: 751.73 Hz against 116.33 and 81.74 Hz; transverse modes do not see the pulleys."""
     for number, factor in ((1, 751.7327 / 116.3293), (2, 751.7327 / 81.7421)):
@@ -144,11 +136,12 @@ def test_lumped_springs_are_right_to_first_order_in_the_mass_of_the_cable(kind, 
     """The excess tends to Eq. (M.7) as the cable gets lighter, and what is left is of second order."""
     first, second = rims
     reduced = first * second / (first + second)
+    pulleys = tuple(replace(p, inertia=m * p.radius**2) for p, m in zip(LOOP.pulley, rims, strict=True))
     shares, excess = np.array([1e-2, 1e-3]), []
     for share in shares:
         mass_per_length = share * reduced / (springs * LOOP.span_length)
         cable = replace(LOOP.cable, mass_per_length=mass_per_length)
-        drive = with_rims(replace(LOOP, kind=kind, cable=cable), first, second)
+        drive = replace(LOOP, kind=kind, cable=cable, pulley=pulleys)
         excess.append(against_lumped_springs(drive).deviation)
     predicted = shares / 6 * (1 - 3 * reduced / (first + second))
     left = np.abs(np.array(excess) - predicted)

@@ -83,12 +83,11 @@ def exact_chains(drive):
 @mp.workdps(DIGITS)
 def exact_roots(drive, count):
     """The first natural angular frequencies of a drive, multiple ones repeated, no rigid-body mode."""
-    roots = [root for chain in exact_chains(drive) for root in chain_roots(chain, count)]
+    roots = []
+    for chain in exact_chains(drive):
+        lines = (_line_root(chain, j) for j in range(1, count + 1))
+        roots += _ring_roots(chain, count) if chain.closed else lines
     return sorted(roots)[:count]
-
-
-def chain_roots(chain, count):
-    return _ring_roots(chain, count) if chain.closed else [_line_root(chain, j) for j in range(1, count + 1)]
 
 
 def angle(chain, omega):
@@ -175,7 +174,9 @@ def _ring_roots(chain, count):
             roots.append(bracketed_root(lambda omega: discriminant(chain, omega), low, high))
         roots += [pole] * int(mp.nint(mp.log(abs(beyond / above), 2)))
         before = pole, above
-    _check_interlacing(roots, poles)
+    for root, low, high in zip(roots, poles, poles[1:], strict=False):
+        assert low * (1 - 4 * _ORDER) <= root <= high * (1 + 4 * _ORDER), "the reference lost a root"
+    assert len(roots) >= len(poles) - 1, "the reference lost a root"
     return roots[:count]
 
 
@@ -194,12 +195,6 @@ def discriminant(chain, omega):
             d * cosine - b * sine,
         )
     return (a + d - 2) * chain.detuning(0, omega) - b * chain.shear(0, omega)
-
-
-def _check_interlacing(roots, poles):
-    for root, low, high in zip(roots, poles, poles[1:], strict=False):
-        assert low * (1 - 4 * _ORDER) <= root <= high * (1 + 4 * _ORDER), "the reference lost a root"
-    assert len(roots) >= len(poles) - 1, "the reference lost a root"
 
 
 @mp.workdps(30)

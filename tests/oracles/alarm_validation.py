@@ -1,21 +1,15 @@
 """Transverse motion of the full nonlinear model along a planned motion, from rest and from a floor."""
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive
 from cabledrive.simulation import Recording, Scheme, Start
-from cabledrive.simulation.case import Case, case_of
+from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.methods import integrate_steps
-from cabledrive.simulation.plan import DONE, State, copy_state, new_workspace
-from cabledrive.studies.planned_motion import PlannedMotion
-
-Array = NDArray[np.float64]
+from cabledrive.simulation.plan import DONE, copy_state, new_workspace
 
 V, W = 1, 2
 RECORDS_PER_PERIOD = 10
@@ -35,22 +29,12 @@ class TrueMotion:
     slack: bool
 
     @property
-    def largest(self) -> float:
+    def largest(self):
         """The larger of both [m]."""
         return max(self.driven, self.grown)
 
 
-def true_motion(
-    drive: Drive,
-    motion: PlannedMotion,
-    *,
-    floor: float,
-    modes: int,
-    highest: float,
-    rng: np.random.Generator,
-    starts: Sequence[float] = (0.0, 0.35),
-    segments: int = 100,
-) -> TrueMotion:
+def true_motion(drive, motion, *, floor, modes, highest, rng, starts=(0.0, 0.35), segments=100):
     """Largest transverse displacement of the full nonlinear model along a motion.
 
     The run starts at equilibrium with the drive pulley held. At some instants every stretch gets the floor in
@@ -90,7 +74,7 @@ def true_motion(
     return TrueMotion(driven=driven, grown=grown, slack=slack)
 
 
-def _stretches(drive: Drive) -> list[tuple[str, float, float]]:
+def _stretches(drive):
     """Span and pretensioned ends of every part between neighbouring supports."""
     stretch, found = 1.0 + drive.cable.prestrain, []
     for span in drive.spans:
@@ -100,7 +84,7 @@ def _stretches(drive: Drive) -> list[tuple[str, float, float]]:
     return found
 
 
-def _sines(case: Case, stretches: list[tuple[str, float, float]], modes: int, swaying: bool = False):
+def _sines(case, stretches, modes, swaying=False):
     """Nodes inside each stretch, its lowest sines there, shape (modes, nodes), and their wave numbers."""
     mesh = case.mesh
     for span, start, end in stretches:
@@ -111,13 +95,7 @@ def _sines(case: Case, stretches: list[tuple[str, float, float]], modes: int, sw
         yield nodes[inside], np.sin(kappa[:, None] * (x[inside] - start)), kappa
 
 
-def _floor(
-    case: Case,
-    stretches: list[tuple[str, float, float]],
-    floor: float,
-    modes: int,
-    rng: np.random.Generator,
-) -> tuple[Array, Array]:
+def _floor(case, stretches, floor, modes, rng):
     """Displacement and speed of the floor in the planes v and w, half a step apart as they may be."""
     place, speed = np.zeros((2, case.mesh.nodes)), np.zeros((2, case.mesh.nodes))
     law_speed = np.sqrt(case.law.pretension / case.mesh.density)
@@ -130,7 +108,7 @@ def _floor(
     return place, speed
 
 
-def _advance(case: Case, state: State, first: int, last: int, rest: Array) -> tuple[Array, bool]:
+def _advance(case, state, first, last, rest):
     """Move the state in place from record to record; v and w from rest at each, and whether it went slack."""
     every, width = case.grid.every, case.mesh.nodes
     if last <= first:
@@ -143,9 +121,7 @@ def _advance(case: Case, state: State, first: int, last: int, rest: Array) -> tu
     return moved[np.isfinite(moved).all(axis=(1, 2))], code != DONE
 
 
-def _above_floor(
-    case: Case, stretches: list[tuple[str, float, float]], moved: Array, modes: int, floor: float
-) -> float:
+def _above_floor(case, stretches, moved, modes, floor):
     """Largest displacement with the floor's size taken off every sine of every stretch."""
     largest = 0.0
     for nodes, sines, _ in _sines(case, stretches, max(modes, 2)):

@@ -41,6 +41,9 @@ FAULTS = {
 }
 """Amounts relative to the axis drawn: shares of its frictions, or SI; under the names that `Axis` has."""
 
+NAMES = {"inertia": "inertia", "coulomb": "coulomb_friction", "viscous": "viscous_friction"}
+NAMES |= {"offset": "offset_torque"}
+
 
 @dataclass(frozen=True)
 class Truth:
@@ -115,8 +118,11 @@ def made(truth: Truth, seed: int, duration: float = DURATION) -> Made:
     rng = np.random.default_rng([seed, TRUTHS.index(truth) if truth in TRUTHS else len(TRUTHS)])
     fault, noise = FAULTS[truth.fault], NOISES[truth.noise]
     count = round(duration * RATE)
-    inertia, coulomb, *_ = own = drawn_axis(rng)
-    numbers = dict(zip(("inertia", "coulomb", "viscous", "offset"), own, strict=True))
+    inertia = 1e-3 * 2.0 ** rng.uniform(0.0, 2.0)
+    coulomb, viscous = 10.0 * inertia * rng.uniform(1.0, 2.0), inertia * rng.uniform(0.5, 2.5)
+    offset = 0.2 * coulomb * rng.uniform(-1.0, 1.0)
+    numbers = {"inertia": inertia, "coulomb": coulomb, "viscous": viscous, "offset": offset}
+    sought = {NAMES[name]: value for name, value in numbers.items()}
     size = rng.uniform(3.0, 5.0) * coulomb
     reference, command = np.zeros((3, count)), np.zeros(count)
     servo = np.zeros(6)
@@ -149,20 +155,7 @@ def made(truth: Truth, seed: int, duration: float = DURATION) -> Made:
     if "clip" in fault:
         most = fault["clip"] * np.abs(logged).max()
         logged = np.clip(logged, -most, most)
-    return Made(np.arange(count) / RATE, logged, seen, sought(*own))
-
-
-def drawn_axis(rng):
-    """Inertia, Coulomb and viscous friction, offset."""
-    inertia = 1e-3 * 2.0 ** rng.uniform(0.0, 2.0)
-    coulomb, viscous = 10.0 * inertia * rng.uniform(1.0, 2.0), inertia * rng.uniform(0.5, 2.5)
-    return inertia, coulomb, viscous, 0.2 * coulomb * rng.uniform(-1.0, 1.0)
-
-
-def sought(inertia, coulomb, viscous, offset):
-    """What an identification should find, by its names."""
-    found = {"inertia": inertia, "viscous_friction": viscous}
-    return found | {"coulomb_friction": coulomb, "offset_torque": offset}
+    return Made(np.arange(count) / RATE, logged, seen, sought)
 
 
 def _plant_fault(fault, numbers, rng):

@@ -23,7 +23,7 @@ class Hoist:
     radius: float
     points: int
 
-    def run(self, turn, duration: float, samples: np.ndarray, rtol: float = 1e-8):
+    def run(self, turn, duration, samples, rtol=1e-08):
         """Places of the load below the drum and tensions beside it; ``turn(t)``: angle, speed."""
         tension = self.mass * GRAVITY
         weight, whole = self.density * GRAVITY, self.length
@@ -88,7 +88,7 @@ class Traction:
     masses: tuple[float, float]
     radius: float
 
-    def run(self, turn, duration: float, samples: np.ndarray):
+    def run(self, turn, duration, samples):
         """Drops of both masses; a positive speed of the sheave pays rope out to the first."""
         tension = np.array(self.masses) * GRAVITY
         start = np.array(self.lengths) / (1.0 + tension / self.rigidity)

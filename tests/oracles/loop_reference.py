@@ -8,12 +8,10 @@ import numpy as np
 from benchmarks.sampled_loops import darc_step
 
 from cabledrive.control.numbers import KALMAN, NOMINAL
-from cabledrive.parameters.arrays import Array
-from cabledrive.rig.closed_loop.loop import Loop
 from oracles.readable_plant import ReadablePlant
 
 
-def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
+def run_reference(loop, samples):
     """Commands and load angles of a run with Kalman filter or ideal states, without delay and jitter.
 
     Returns ``commands, load_angles``, shape (samples,) [N m], [rad] at the first shaft.
@@ -36,22 +34,11 @@ def run_reference(loop: Loop, samples: int) -> tuple[Array, Array]:
         command, estimate = darc_step(law, estimate, states, loop.controller.reference[k])
         older, newest = newest, np.clip(command, -rig.torque_limit, rig.torque_limit)
         if observer.kind == KALMAN:
-            believed, held = predicted(observer.model, observer.scalars, n, believed, held, older, newest)
+            scalars = observer.scalars
+            torques = [held, older, newest]  # of the shaft, commands before and after the delay has passed
+            friction = scalars[5] * np.tanh(scalars[6] * believed[n])
+            believed = observer.model @ np.concatenate((believed, torques, [scalars[7] - friction]))
+            held = float(scalars[2:5] @ torques)
         commands[k] = newest
         moving, slip = plant.moved(moving, slip, float(newest), rig.interval)
     return commands, angles
-
-
-def predicted(
-    model: Array, scalars: Array, size: int, believed: Array, held: float, older: float, newest: float
-) -> tuple[Array, float]:
-    """The filter's states and its shaft torque one sample on.
-
-    ``model``, shape (states, states + 4); ``scalars``, shape (9,); ``size``: number of inertias of the
-    filter's model; ``believed``, shape (states,); ``held``: shaft torque [N m]; ``older``, ``newest``:
-    commands before and after the delay has passed [N m].
-    Returns ``believed``, shape (states,).
-    """
-    friction = scalars[5] * np.tanh(scalars[6] * believed[size])
-    fresh = model @ np.concatenate((believed, [held, older, newest, scalars[7] - friction]))
-    return fresh, float(scalars[2:5] @ [held, older, newest])

@@ -39,7 +39,7 @@ class MotorPair:
         return np.concatenate([speed, turning, self.rate * (commands - torque)])
 
 
-def run(pair: MotorPair, preload, commands, push, interval):
+def run(pair, preload, commands, push, interval):
     """From rest under the preload: angles at the samples, shape (samples, 4), and torques of both flanks."""
     turned = 0.5 * pair.gap + preload / pair.stiffness
     x = np.concatenate([[turned, -turned], np.zeros(6), [preload, -preload]])

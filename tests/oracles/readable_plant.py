@@ -28,7 +28,7 @@ class ReadablePlant:
     slope: float = 50.0
     step: float = 5e-6
 
-    def link(self, i: int, x: list[float]) -> float:
+    def link(self, i, x):
         """Torque that link i takes from inertia i and gives to the next [N m]."""
         n = self.chain.size
         stiffness, damping = self.chain.stiffness[i], self.chain.damping[i]
@@ -43,7 +43,7 @@ class ReadablePlant:
             return stiffness * (taut + 0.5 * (twist - taut)) + 0.5 * damping * speed
         return stiffness * twist + damping * speed
 
-    def torques(self, x: list[float]) -> list[float]:
+    def torques(self, x):
         """Torque on every inertia without the motor's Coulomb friction."""
         chain, n = self.chain, self.chain.size
         found = [-b * w for b, w in zip(chain.viscous, x[n : 2 * n], strict=True)]
@@ -56,7 +56,7 @@ class ReadablePlant:
             found[i + 1] += through
         return found
 
-    def rates(self, x: list[float], slip: int, u: float) -> list[float]:
+    def rates(self, x, slip, u):
         """Rates of angles, speeds and shaft torque; ``slip``: way of the motor, 0 where it sticks."""
         n = self.chain.size
         found = self.torques(x)
@@ -66,7 +66,7 @@ class ReadablePlant:
             speeds[0] = 0.0
         return [*x[n : 2 * n], *speeds, self.rate * (u - x[2 * n])]
 
-    def stepped(self, x: list[float], slip: int, u: float, h: float) -> list[float]:
+    def stepped(self, x, slip, u, h):
         """State one step of Runge and Kutta on."""
         one = self.rates(x, slip, u)
         two = self.rates([a + 0.5 * h * r for a, r in zip(x, one, strict=True)], slip, u)
@@ -77,18 +77,18 @@ class ReadablePlant:
             for a, p, q, r, s in zip(x, one, two, three, four, strict=True)
         ]
 
-    def way(self, x: list[float]) -> int:
+    def way(self, x):
         """Which way a motor at rest lets go; 0: friction holds it."""
         torque = self.torques(x)[0]
         return 0 if abs(torque) <= self.chain.coulomb[0] else int(copysign(1, torque))
 
-    def changes(self, x: list[float], slip: int) -> bool:
+    def changes(self, x, slip):
         """Whether the motor has let go, or has turned."""
         if slip == 0:
             return self.way(x) != 0
         return slip * x[self.chain.size] < 0.0
 
-    def moved(self, x: list[float], slip: int, u: float, time: float) -> tuple[list[float], int]:
+    def moved(self, x, slip, u, time):
         """State and way of the motor after a time under a constant command [N m]."""
         n, rest = self.chain.size, time
         if self.rate == 0.0:

@@ -23,7 +23,7 @@ class Winches:
     mass: float
     weight: float
 
-    def length(self, i: int, q: np.ndarray) -> tuple[float, float]:
+    def length(self, i, q):
         """Whole length from the drum but for a constant, and its free part [m]."""
         d = self.clamps[i] + q - self.sheaves[i]
         distance, r = np.hypot(*d), self.sheave_radius
@@ -35,12 +35,12 @@ class Winches:
         slope %= 2.0 * np.pi
         return free + r * (slope - np.arccos(r / distance)), free + self.vertical
 
-    def slopes(self, i: int, q: np.ndarray) -> np.ndarray:
+    def slopes(self, i, q):
         """Change of the length with the body's place, by central differences."""
         h = 1e-5 * np.eye(2)
         return np.array([(self.length(i, q + e)[0] - self.length(i, q - e)[0]) / 2e-5 for e in h])
 
-    def tensions(self, x: np.ndarray, unwound: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def tensions(self, x, unwound):
         """Tensions, shape (2,), and slopes, shape (2, 2); x: q, v, angles, speeds."""
         q, v, angle, turn = np.split(x, 4)
         slopes = np.array([self.slopes(i, q) for i in range(2)])
@@ -53,7 +53,7 @@ class Winches:
                 found[i] = max((self.rigidity * stretch + self.loss * rate) / free, 0.0)
         return found, slopes
 
-    def at_rest(self) -> tuple[np.ndarray, np.ndarray]:
+    def at_rest(self):
         """Tensions that carry the weight at the place of the file, and what is unwound for them."""
         slopes = np.array([self.slopes(i, np.zeros(2)) for i in range(2)])
         tension = np.linalg.solve(slopes.T, np.array([0.0, -self.weight]))
@@ -62,7 +62,7 @@ class Winches:
             [a - t * b / self.rigidity for (a, b), t in zip(lines, tension, strict=True)]
         )
 
-    def motion(self, x: np.ndarray, torque: np.ndarray, force: np.ndarray, unwound: np.ndarray) -> np.ndarray:
+    def motion(self, x, torque, force, unwound):
         """Rate of q, v, angles, speeds."""
         tension, slopes = self.tensions(x, unwound)
         turn = x[6:]
@@ -71,7 +71,7 @@ class Winches:
         return np.concatenate([x[2:4], body, turn, (torque - self.drum * tension - rubbed) / self.inertia])
 
 
-def run(winches: Winches, law, reference, force, interval: float, rtol: float = 1e-8):
+def run(winches, law, reference, force, interval, rtol=1e-08):
     """Under a sampled law ``law(angles, tensions, row) -> torques``; places, tensions, least tension."""
     tension, unwound = winches.at_rest()
     x, places, tensions, least = np.zeros(8), [], [], tension.min()

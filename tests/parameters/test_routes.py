@@ -259,12 +259,6 @@ def test_a_body_keeps_to_its_travel():
 
 
 # --- Carriages that move together: by name or number, in one direction or against each other
-def with_coupling(first=None, **second):
-    drive = cd.load_drive("elevator")
-    car, weight = drive.carriage
-    return replace(drive, carriage=(replace(car, **first or {}), replace(weight, **second)))
-
-
 @pytest.mark.parametrize(
     ("first", "second", "word"),
     [
@@ -276,8 +270,10 @@ def with_coupling(first=None, **second):
     ],
 )
 def test_couplings_that_make_no_sense_are_refused(first, second, word):
+    drive = cd.load_drive("elevator")
+    car, weight = drive.carriage
     with pytest.raises(cd.InputRefused, match=word):
-        with_coupling(first, **second)
+        replace(drive, carriage=(replace(car, **first), replace(weight, **second)))
 
 
 def test_a_wave_across_a_rope_has_the_density_of_the_stretched_one():

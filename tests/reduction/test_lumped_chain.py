@@ -11,10 +11,7 @@ from cabledrive.mechanics.network.assembly import network_response
 from cabledrive.reduction import lumped_chain
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
-from cabledrive.reduction.quality import (
-    model_quality,
-    model_response,
-)
+from cabledrive.reduction.quality import model_quality, model_response
 from cabledrive.reduction.two_motors import line_at, winched_machine
 from cabledrive.rig import Motion, RigOptions
 from network_samples import as_route, printer_belt, route, without_gravity

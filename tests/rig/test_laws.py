@@ -13,7 +13,7 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, natural_frequencies_of
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
-from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
+from cabledrive.rig.closed_loop.loop import run, with_plant
 from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
 from cabledrive.rig.laws.controllers import DesignSpec, Spreads, law_for_chain, motion_numbers, plant_chain
@@ -123,7 +123,7 @@ CLEAN = RigOptions(ideal_sensors=True, smooth_friction=True, forbid_slack=True)
 READ = RigOptions(forbid_slack=True)
 
 
-def arm() -> LumpedChain:
+def arm():
     """Three-inertia model of an industrial robot's arm: E. Wernholt and S. Gunnarsson, motor side."""
     whole, motor, gear = 0.03291699877416, 0.17910964111956, 0.61206166914114
     return LumpedChain(
@@ -138,7 +138,7 @@ def arm() -> LumpedChain:
     )
 
 
-def row(n: int) -> LumpedChain:
+def row(n):
     """A motor, light pulleys and a heavy load behind ever softer cables."""
     return LumpedChain(
         names=("motor", *(f"pulley {i}" for i in range(2, n)), "load"),
@@ -152,14 +152,14 @@ def row(n: int) -> LumpedChain:
     )
 
 
-def closed(chain: LumpedChain, hertz: float, options: RigOptions, design: LumpedChain | None = None) -> Loop:
+def closed(chain, hertz, options, design=None):
     """The law on the chain; ``design``: as the law believes it to be."""
     spec = DesignSpec(CARRIER, MOTION, bandwidth=hertz)
     law = law_for_chain(spec, design or chain, tuning=TUNING)
     return loop_of(law, CARRIER, MOTION, options, chain)
 
 
-def peak(loop: Loop) -> float:
+def peak(loop):
     done = run(loop)
     assert done.ended == len(loop.target)
     return float(np.degrees(np.abs(done.log[:, loop.chain.size - 1] - loop.target).max()))
@@ -200,7 +200,7 @@ SHORT, OTHER = (
 HERTZ = {"pd": 6.0, "dob": 4.0, "shaper": 6.0, "darc-3-damped": 9.0, "darc-4-damped": 27.0}
 
 
-def named_loop(name: str, motion: Motion):
+def named_loop(name, motion):
     return loop_of(name, DRIVE, motion, bandwidth=HERTZ.get(name))
 
 
@@ -225,7 +225,7 @@ def test_the_file_runs_the_law_and_the_settled_filter_along_another_motion(name,
     assert found.summary["gains"]["file"] == str(path)
 
 
-def learning_loop(name: str, motion: Motion):
+def learning_loop(name, motion):
     """Law and settled filter made for the short motion, along another one."""
     first = DesignSpec(DRIVE, SHORT, bandwidth=22.0)
     designed = loop_of(load_learning(first, name), DRIVE, SHORT)

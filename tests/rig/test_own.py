@@ -35,7 +35,7 @@ def with_memory(gains, state, measurement, reference):
     return matrix @ np.concatenate((state, error, np.array([0.0]))), command
 
 
-def largest(one: np.ndarray, other: np.ndarray) -> float:
+def largest(one, other):
     return float(np.abs(one - other).max())
 
 
@@ -138,7 +138,7 @@ LINEAR = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0"]
 MODEL_2 = reflected(lumped_model(LINEAR, 2))[0]
 
 
-def gearbox() -> cd.LumpedChain:
+def gearbox():
     """Motor, a gear's shaft, drive pulley and load: one link more than Model 4."""
     four = reflected(lumped_model(LINEAR, 4))[0]
     return cd.LumpedChain(
@@ -168,7 +168,7 @@ def two_masses(parameters, state, torques, time):
     return state + time / 6.0 * (r1 + 2.0 * r2 + 2.0 * r3 + rates(state + time * r3))
 
 
-def own_model_2(**parts) -> cd.OwnPlant:
+def own_model_2(**parts):
     numbers = (
         MODEL_2.inertias,
         MODEL_2.viscous,
@@ -188,7 +188,7 @@ def own_model_2(**parts) -> cd.OwnPlant:
 PUSHED = RigOptions(disturbances=(Disturbance(torque=0.05, start=0.05, end=0.2),), jitter=1e-6)
 
 
-def gap(drive: cd.Drive, substeps: int) -> float:
+def gap(drive, substeps):
     """Largest difference of the load's angle between the packaged Model 2 and the user's [deg]."""
     options = replace(PUSHED, substeps=substeps, ideal_sensors=True)
     both = [

@@ -10,7 +10,6 @@ import pytest
 from cabledrive.control.bound import ErrorBound
 from cabledrive.control.darc import printed_bounds
 from cabledrive.parameters import Drive, InputRefused, load_drive
-from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.bounds import BoundCheck, check_theorem
@@ -153,9 +152,7 @@ LONGEST = 1.5
 Spec = tuple[Drive, dict[str, Any]]
 
 
-def adversarial_runs(
-    runs: int, seed: int, spec: Callable[[np.random.Generator], Spec] | None = None
-) -> list[tuple[dict[str, Any], Spec]]:
+def adversarial_runs(runs, seed, spec=None):
     """What seeded runs said, each with its spec; specs that are refused or have no bound are drawn again."""
     found = []
     for generator in np.random.default_rng(seed).spawn(runs):
@@ -170,7 +167,7 @@ def adversarial_runs(
     return found
 
 
-def adversarial_spec(rng: np.random.Generator) -> Spec:
+def adversarial_spec(rng):
     """A drive, and what `track` is asked to do with it."""
     drive = drawn_drive(rng)
     laws = LAWS[highest_model(drive)]
@@ -192,12 +189,12 @@ def adversarial_spec(rng: np.random.Generator) -> Spec:
     return drive, choices
 
 
-def spread(rng: np.random.Generator, low: float, high: float) -> float:
+def spread(rng, low, high):
     """A value between two others, its logarithm uniform."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def drawn_drive(rng: np.random.Generator) -> Drive:
+def drawn_drive(rng):
     """The rig of the dissertation with every size drawn over a decade, or the finger's tendon."""
     if rng.random() < 0.1:
         return load_drive("finger-tendon")
@@ -226,7 +223,7 @@ def drawn_drive(rng: np.random.Generator) -> Drive:
     return replace(drive, motor=motor, lumped=lumped, sensors=sensors)
 
 
-def drawn_motion(drive: Drive, rng: np.random.Generator, order: int | None) -> Motion:
+def drawn_motion(drive, rng, order):
     """A pulse of 0.1 to 180 deg in up to thirty times the shortest rise that torque and speed allow."""
     angle = spread(rng, 0.1, 180.0)
     least, _ = shortest_rise(move_limits(drive), angle * DEGREE, order or 11)
@@ -234,12 +231,12 @@ def drawn_motion(drive: Drive, rng: np.random.Generator, order: int | None) -> M
     return Motion(angle=angle, rise=rise, dwell=spread(rng, 0.02, 0.3), order=order)
 
 
-def drawn_options(drive: Drive, motion: Motion, rng: np.random.Generator) -> RigOptions:
+def drawn_options(drive, motion, rng):
     """Sensors, friction, disturbances, jitter, an encoder that drops out, a slack span let pass."""
     end = 2.0 * (motion.rise + motion.dwell)
     coulomb = drive.motor.coulomb_friction
 
-    def push(on: str, low: float, high: float) -> Disturbance:
+    def push(on, low, high):
         start = float(rng.uniform(0.0, 0.8 * end))
         torque = float(rng.choice([-1.0, 1.0])) * coulomb * spread(rng, low, high)
         return Disturbance(torque=torque, start=start, end=start + float(rng.uniform(0.01, end)), on=on)
@@ -262,13 +259,13 @@ def drawn_options(drive: Drive, motion: Motion, rng: np.random.Generator) -> Rig
     )
 
 
-def sampled_plant(drive: Drive, law: str, rng: np.random.Generator) -> Drive:
+def sampled_plant(drive, law, rng):
     """The drive as it is: the motor within a law's bounds or on them, sometimes beyond, or another cable."""
     motor = drive.motor
     bounds = law_bounds(drive, law)
     corner = rng.random() < 0.4
 
-    def within(low: float, high: float) -> float:
+    def within(low, high):
         return float(rng.choice([low, high]) if corner else rng.uniform(low, high))
 
     names = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
@@ -286,14 +283,14 @@ def sampled_plant(drive: Drive, law: str, rng: np.random.Generator) -> Drive:
     return replace(plant, **_other_cable(plant, rng)) if rng.random() < 0.1 else plant
 
 
-def law_bounds(drive: Drive, law: str) -> Array:
+def law_bounds(drive, law):
     """How far the motor's inertia, friction and offset may lie from the drive's, shape (4, 2)."""
     model = int(law.split("-")[1]) if law[5].isdigit() else highest_model(drive)
     bounds = printed_bounds(plant_chain(drive, model), flexible_joint=FLEXIBLE_JOINT[model])
     return np.column_stack((bounds.low - bounds.nominal, bounds.high - bounds.nominal))
 
 
-def _other_cable(plant: Drive, rng: np.random.Generator) -> dict[str, Any]:
+def _other_cable(plant, rng):
     """Cable or load of another size than the law believes, or friction at the load."""
     pulley = plant.load_pulley
     kinds: dict[str, Callable[[], dict[str, Any]]] = {
@@ -312,7 +309,7 @@ def _other_cable(plant: Drive, rng: np.random.Generator) -> dict[str, Any]:
     return kinds[str(rng.choice(list(kinds)))]()
 
 
-def _pulley(plant: Drive, **changes: float) -> dict[str, Any]:
+def _pulley(plant, **changes):
     first, last = plant.pulley
     return {"pulley": (first, replace(last, **changes))}
 

@@ -226,14 +226,13 @@ def test_slack_of_a_line_and_of_a_span_with_a_carriage_is_placed_where_it_happen
     """A carriage thrown along the span slackens the cable ahead of it: place between carriage and pulley."""
     drive = replace(WEIGHTLESS, carriage=(Carriage(mass=0.01, position=0.25),))
     drive = replace(drive, pulley=tuple(replace(p, fixed=True) for p in drive.pulley))
-    result = stopped(drive, 0.1, start=Start(kicks=(Pluck(height=8.0, plane="u", shape=_at_the_carriage),)))
+    kick = Pluck(
+        height=8.0, plane="u", shape=lambda x: np.maximum(0.0, 1.0 - np.abs(x / 0.2511285662 - 1.0) * 30.0)
+    )
+    result = stopped(drive, 0.1, start=Start(kicks=(kick,)))
     event = result.slack_events[0]
     assert event.span == "upper"
     assert event.position > 0.25
-
-
-def _at_the_carriage(x):
-    return np.maximum(0.0, 1.0 - np.abs(x / 0.2511285662 - 1.0) * 30.0)
 
 
 # --- The energy-conserving scheme through the public door: its budget, its limits

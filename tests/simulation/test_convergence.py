@@ -45,10 +45,6 @@ CASES = {
 }
 
 
-def smooth_torque(time):
-    return 0.3 * np.sin(2.0 * np.pi * 125.0 * time) ** 4
-
-
 def bump(length, held):
     """Vanishes at both ends of the part of the span behind a carriage, with three derivatives."""
     return lambda x: np.where(x > held, np.sin(np.pi * (x - held) / (length - held)) ** 4, 0.0)
@@ -63,7 +59,7 @@ def end_of_run(drive, segments, options):
     result = simulate(
         drive,
         DURATION,
-        torque=smooth_torque,
+        torque=lambda time: 0.3 * np.sin(2.0 * np.pi * 125.0 * time) ** 4,
         start=Start(plucks=tuple(plucks)),
         scheme=Scheme(segments=segments, cfl=0.8, **options),
         recording=Recording(rate=1.0 / DURATION, fields=1),

@@ -236,17 +236,11 @@ def shorter(content):
     return content[:-9]
 
 
-def zeroed(content):
-    return bytes(len(content) // 2) + content[len(content) // 2 :]
-
-
-def flipped(content):
-    return content[:-100] + bytes([content[-100] ^ 4]) + content[-99:]
-
-
 BROKEN = [
     *((name, shorter) for name in ("rows.f64", "fields.f64")),
-    *(("checkpoint", damage) for damage in (shorter, zeroed, flipped)),
+    ("checkpoint", shorter),
+    ("checkpoint", lambda content: bytes(len(content) // 2) + content[len(content) // 2 :]),
+    ("checkpoint", lambda content: content[:-100] + bytes([content[-100] ^ 4]) + content[-99:]),
     ("checkpoint", lambda content: b"PK not a checkpoint"),
     ("checkpoint", lambda content: b""),
     ("run.json", lambda content: b"[1, 2]"),

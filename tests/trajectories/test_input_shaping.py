@@ -93,14 +93,6 @@ def test_widths_of_insensitivity_are_those_of_the_textbooks(type, width):
     assert high - low == pytest.approx(width, abs=0.02), f"observed {high - low:.4f}"
 
 
-def deviations(shaper, acceleration, speed):
-    """Of the shaped motion at its mean delay: at a reversal, and at a right angle passed at a speed."""
-    time = shaper.amplitudes @ shaper.times - shaper.times
-    reversal = shaper.amplitudes @ (acceleration * time**2 / 2)
-    braking = np.where(time < 0.0, speed * time - acceleration * time**2 / 2, 0.0)  # to the corner at time 0
-    return abs(reversal), np.sqrt(2.0) * abs(shaper.amplitudes @ braking)
-
-
 @given(
     type=st.sampled_from(TYPES),
     frequency=st.floats(20.0, 150.0),
@@ -108,8 +100,12 @@ def deviations(shaper, acceleration, speed):
     speed=st.floats(0.0, 0.02),
 )
 def test_smoothing_is_the_deviation_of_the_shaped_path(type, frequency, acceleration, speed):
+    """Of the shaped motion at its mean delay: at a reversal, and at a right angle passed at a speed."""
     shaper = input_shaper(type, frequency)
-    expected = max(deviations(shaper, acceleration, speed))
+    time = shaper.amplitudes @ shaper.times - shaper.times
+    reversal = shaper.amplitudes @ (acceleration * time**2 / 2)
+    braking = np.where(time < 0.0, speed * time - acceleration * time**2 / 2, 0.0)  # to the corner at time 0
+    expected = max(abs(reversal), np.sqrt(2.0) * abs(shaper.amplitudes @ braking))
     observed = smoothing(shaper, acceleration, speed)
     assert observed == pytest.approx(expected, rel=1e-12), f"{observed} against {expected}"
 

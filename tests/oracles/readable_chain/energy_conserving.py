@@ -16,14 +16,12 @@ Whatever the rest of the step does, damping and friction included,
 :math:`\tfrac12 \dot x^T M \dot x + \tfrac12 x_j^T K x_{j+1} + E` changes by the work done on it and no more.
 """
 
-from collections.abc import Callable
 from math import sqrt
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import LinearLaw
-from cabledrive.simulation.plan import KICK_T, KICK_U, PRETENSION, RIGIDITY, SPACING, Plan, State, copy_state
+from cabledrive.simulation.plan import KICK_T, KICK_U, PRETENSION, RIGIDITY, SPACING, copy_state
 from oracles.readable_chain.verlet import balance_of, observed, step_reference, twin
 
 # Entries of State.extra: E half a step before the state's time, and C.
@@ -31,31 +29,30 @@ STORED, SHIFT = range(2)
 MOST_TRIALS = 20
 
 
-def _linear_part(plan: Plan, gradients: Array) -> Array:
+def _linear_part(plan, gradients):
     """Components of the segments under the linear law."""
     linear = LinearLaw(pretension=plan.piece[0, PRETENSION], axial_rigidity=plan.piece[0, RIGIDITY])
     return np.stack(linear.excess_components(*gradients))
 
 
-def _nonlinear_energy(plan: Plan, law: CableLaw, gradients: Array) -> float:
+def _nonlinear_energy(plan, law, gradients):
     """Elastic energy beyond that of the linear law, V [J]."""
     u_x, v_x, w_x = gradients
     quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
     return float(np.sum(plan.segment[SPACING] * (law.energy_density(u_x, v_x, w_x) - quadratic)))
 
 
-def energy_step_reference(
-    plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array
-) -> None:
+def energy_step_reference(plan, law, state, gradients, torque, forces):
     """One step of (L.1)-(L.3), repeated until force scale and velocities agree."""
     linear = _linear_part(plan, gradients)
     rest = np.stack(law.excess_components(*gradients)) - linear
     energy = _nonlinear_energy(plan, law, gradients)
-    state.extra[SHIFT] = _raised_shift(state.extra[SHIFT], min(energy, state.extra[STORED]))
+    while min(energy, state.extra[STORED]) + state.extra[SHIFT] < 0.5 * state.extra[SHIFT]:
+        state.extra[SHIFT] *= 2.0  # until the energy stays half of it away from zero
     root = sqrt(2.0 * (energy + state.extra[SHIFT]))
     old = sqrt(2.0 * (state.extra[STORED] + state.extra[SHIFT]))
 
-    def _trial(change: float) -> tuple[State, float]:
+    def _trial(change):
         attempt = copy_state(state)
         step_reference(plan, law, attempt, linear + (old + 0.5 * change) / root * rest, torque, forces)
         stretch = np.diff(attempt.x_t + state.x_t, axis=1)
@@ -69,7 +66,7 @@ def energy_step_reference(
     state.extra[STORED] += result * (old + 0.5 * change)
 
 
-def _settled(trial: Callable[[float], tuple[State, float]], answer: float) -> tuple[float, State, float]:
+def _settled(trial, answer):
     """Change of psi over the step that leads to itself.
 
     The velocities of the nodes answer linearly to the force scale, which the substitution allows for; what is
@@ -85,16 +82,7 @@ def _settled(trial: Callable[[float], tuple[State, float]], answer: float) -> tu
     return change, attempt, result
 
 
-def _raised_shift(shift: float, lowest: float) -> float:
-    """Shift C, doubled until the energy stays half of it away from zero."""
-    while lowest + shift < 0.5 * shift:
-        shift *= 2.0
-    return shift
-
-
-def _observe(
-    plan: Plan, law: CableLaw, before: State, after: State, gradients: Array, torque: float, row: Array
-) -> None:
+def _observe(plan, law, before, after, gradients, torque, row):
     """The record of Stoermer-Verlet, with the balance of this scheme."""
     observed(plan, law, before, after, gradients, torque, row)
     rest = np.stack(law.excess_components(*gradients)) - _linear_part(plan, gradients)

@@ -9,18 +9,7 @@ half a segment away, which is of second order and the same as a ghost node.
 import numpy as np
 from reproduction.expanded_equations import accelerations
 
-from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.simulation.plan import (
-    FALL_U,
-    FALL_W,
-    INVERSE_SPACING,
-    KEEP_T,
-    KICK_T,
-    KICK_U,
-    MASS,
-    Plan,
-    State,
-)
+from cabledrive.simulation.plan import FALL_U, FALL_W, INVERSE_SPACING, KEEP_T, KICK_T, KICK_U, MASS
 from oracles.readable_chain.verlet import (
     moved_reference,
     shaft_forces_reference,
@@ -30,9 +19,7 @@ from oracles.readable_chain.verlet import (
 )
 
 
-def step_reference(
-    plan: Plan, law: CableLaw, state: State, gradients: Array, torque: float, forces: Array
-) -> None:
+def step_reference(plan, law, state, gradients, torque, forces):
     """One step of the scheme, Eqs. (2.32) and (2.35)-(2.38)."""
     old, shaft_old = state.x_t.copy(), state.q_t.copy()
     pull = law.excess_components(*gradients)[0]
@@ -43,7 +30,7 @@ def step_reference(
     moved_reference(plan, state, new, shaft_new)
 
 
-def _kicked(plan: Plan, law: CableLaw, x: Array, old: Array) -> Array:
+def _kicked(plan, law, x, old):
     """Velocities after the step, by central differences, Eqs. (2.33) and (2.34)."""
     spacing = 1.0 / plan.segment[INVERSE_SPACING, 0]
     first = (x[:, 2:] - x[:, :-2]) / (2.0 * spacing)

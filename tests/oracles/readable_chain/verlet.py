@@ -10,12 +10,10 @@ with Coulomb friction f in :math:`c\,\mathrm{Sgn}(\dot x_{j+1/2})`, set-valued o
 the cable, of Kelvin and Voigt, are one linear system for the new velocities of the nodes of a span.
 """
 
-from collections.abc import Callable
 from itertools import product
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.simulation import channels
 from cabledrive.simulation.dampers import AS_STRAIGHT, UNDAMPED
@@ -35,9 +33,6 @@ from cabledrive.simulation.plan import (
     STEPS,
     WEIGHT_U,
     WEIGHT_W,
-    Plan,
-    State,
-    Workspace,
     copy_state,
     law_of,
 )
@@ -45,14 +40,12 @@ from cabledrive.simulation.plan import (
 DONE, SLACK, NOT_FINITE = range(3)
 
 
-def balance_of(plan: Plan) -> int:
+def balance_of(plan):
     """Column of the balance."""
     return 5 * len(plan.nodes) + 3 * len(plan.probe) + 3 + channels.TALLIES
 
 
-def observed(
-    plan: Plan, law: CableLaw, before: State, after: State, gradients: Array, torque: float, row: Array
-):
+def observed(plan, law, before, after, gradients, torque, row):
     """The record of a step: angles, tensions, energies, budget."""
     x, q, new = before.x, before.q, after.x_t
     change, velocity = 0.5 * (new - before.x_t), 0.5 * (new + before.x_t)
@@ -87,20 +80,10 @@ def observed(
     row[:] = np.concatenate([*parts, q, turning, torque])
 
 
-def twin(step: Callable[..., None], observe: Callable[..., None] = observed) -> Callable[..., int]:
+def twin(step, observe=observed):
     """Twin of `cabledrive.simulation.kernels.integrate` under a step, for any law; needs no work space."""
 
-    def integrate(
-        plan: Plan,
-        state: State,
-        work: Workspace,
-        torque: Array,
-        forces: Array,
-        every: int,
-        rows: Array,
-        fields: Array,
-        law: CableLaw | None = None,
-    ) -> int:
+    def integrate(plan, state, work, torque, forces, every, rows, fields, law=None):
         law = law or law_of(plan)
         for j in range(len(torque)):
             keep_extremes_reference(plan, state)
@@ -122,15 +105,15 @@ def twin(step: Callable[..., None], observe: Callable[..., None] = observed) -> 
     return integrate
 
 
-def step_reference(
-    plan: Plan, law: CableLaw, state: State, excess: Array, torque: Array, forces: Array
-) -> None:
+def step_reference(plan, law, state, excess, torque, forces):
     """One step under given components of the segments: kick of all nodes and shafts, tallies, drift."""
     old, shaft_old = state.x_t.copy(), state.q_t.copy()
     new = _kicked(plan, old, excess, forces)
     shaft_force = shaft_forces_reference(plan, state, excess[0], torque)
     own = matrix = plan.matrix - 0.5 * plan.dampers
-    direction = damper_directions(plan, law, state.x)
+    # along which the segments are damped, (3, segments): derivative of each strain, zero where it is slack
+    gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
+    direction = np.stack(law.strain_gradient(*gradients))
     if plan.axial != UNDAMPED:
         matrix, shaft_force = _with_dampers(
             plan, direction, 0.5 * (old + new), shaft_old, matrix, shaft_force
@@ -143,7 +126,7 @@ def step_reference(
     moved_reference(plan, state, new, shaft_new)
 
 
-def moved_reference(plan: Plan, state: State, new: Array, shaft_new: Array) -> None:
+def moved_reference(plan, state, new, shaft_new):
     """Speeds and places after the step."""
     new[0, [0, plan.nodes[0, 1]]] = shaft_new[:2]
     if len(plan.nodes) > 1:
@@ -155,7 +138,7 @@ def moved_reference(plan: Plan, state: State, new: Array, shaft_new: Array) -> N
     state.counts[STEPS] += 1
 
 
-def _kicked(plan: Plan, old: Array, excess: Array, forces: Array) -> Array:
+def _kicked(plan, old, excess, forces):
     """Velocities after the kick of all nodes but the rims, without axial damping."""
     new = old.copy()
     inner = slice(1, -1)
@@ -169,7 +152,7 @@ def _kicked(plan: Plan, old: Array, excess: Array, forces: Array) -> Array:
     return new
 
 
-def shaft_forces_reference(plan: Plan, state: State, pull: Array, torque: Array) -> Array:
+def shaft_forces_reference(plan, state, pull, torque):
     """Forces on drive rim, load rim and motor at the step's time."""
     n = plan.nodes[0, 1]
     force = plan.rest - plan.stiffness @ state.q + plan.motor.T @ torque
@@ -179,7 +162,7 @@ def shaft_forces_reference(plan: Plan, state: State, pull: Array, torque: Array)
     return force
 
 
-def _rim_pull(plan: Plan, direction: Array, mean: Array, rims: Array) -> Array:
+def _rim_pull(plan, direction, mean, rims):
     """Forces of the damping tensions on drive rim and load rim, at given mean speeds of the rims."""
     force = np.zeros(3)
     for span, (first, behind) in enumerate(plan.nodes):
@@ -190,9 +173,7 @@ def _rim_pull(plan: Plan, direction: Array, mean: Array, rims: Array) -> Array:
     return force
 
 
-def _with_dampers(
-    plan: Plan, direction: Array, mean: Array, old: Array, matrix: Array, force: Array
-) -> tuple[Array, Array]:
+def _with_dampers(plan, direction, mean, old, matrix, force):
     """Shaft equations with the pull of the dampers, which is affine in the rims' speeds."""
     constant = _rim_pull(plan, direction, mean, np.zeros(2))
     answers = np.zeros((3, 3))
@@ -201,7 +182,7 @@ def _with_dampers(
     return matrix - 0.5 * answers, force + constant + 0.5 * answers @ old
 
 
-def _damp(plan: Plan, state: State, direction: Array, old: Array, new: Array, rims: Array) -> None:
+def _damp(plan, state, direction, old, new, rims):
     """Kick of the damping tensions on all nodes between the rims, and what they cost."""
     mean = 0.5 * (old + new)
     q = np.concatenate(
@@ -221,16 +202,7 @@ def _damp(plan: Plan, state: State, direction: Array, old: Array, new: Array, ri
     state.tallies[0, channels.AXIAL_LOSS] += plan.step * power
 
 
-def tally_reference(
-    plan: Plan,
-    state: State,
-    old: Array,
-    new: Array,
-    shaft_mean: Array,
-    friction: Array,
-    torque: Array,
-    forces: Array,
-) -> None:
+def tally_reference(plan, state, old, new, shaft_mean, friction, torque, forces):
     """Works and losses over the step."""
     mean = 0.5 * (old + new)
     worked = state.tallies[0]
@@ -245,7 +217,7 @@ def tally_reference(
     worked[channels.JOINT_LOSS] += plan.step * shaft_mean @ plan.damping[1] @ shaft_mean
 
 
-def keep_extremes_reference(plan: Plan, state: State) -> None:
+def keep_extremes_reference(plan, state):
     """Least and largest place of each rim, largest size of v and w at each midpoint."""
     state.extremes[0] = np.minimum(state.extremes[0], state.q)
     state.extremes[1] = np.maximum(state.extremes[1], state.q)
@@ -255,7 +227,7 @@ def keep_extremes_reference(plan: Plan, state: State) -> None:
         state.peaks[span] = np.maximum(state.peaks[span], size)
 
 
-def note_slack_reference(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:
+def note_slack_reference(plan, law, state, gradients):
     """Note where and when a span goes slack that was taut at the step before; whether one is slack now."""
     pushes = law.is_slack(*gradients).reshape(len(plan.nodes), -1)
     slack = pushes.any(axis=1)
@@ -269,19 +241,12 @@ def note_slack_reference(plan: Plan, law: CableLaw, state: State, gradients: Arr
     return bool(slack.any())
 
 
-def _step(plan: Plan, law: CableLaw, state: State, gradients: Array, torque: Array, forces: Array) -> None:
+def _step(plan, law, state, gradients, torque, forces):
     step_reference(plan, law, state, np.stack(law.excess_components(*gradients)), torque, forces)
 
 
 # --- Shafts
-def friction_of(plan: Plan) -> tuple[Array, Array]:
-    """Coulomb friction and speed over which it is smoothed, of each shaft."""
-    coulomb, smooth = np.zeros(3), np.full(3, plan.smooth.max(initial=0.0))
-    coulomb[plan.stick], smooth[plan.stick] = plan.bound, plan.smooth
-    return coulomb, smooth
-
-
-def solve_shafts_reference(plan: Plan, matrix: Array, right: Array, old: Array) -> tuple[Array, Array]:
+def solve_shafts_reference(plan, matrix, right, old):
     r"""New speeds v and frictions f of the shafts: :math:`A v + f = r`, :math:`f \in c\,\mathrm{Sgn}(v)`.
 
     Each shaft sticks or slips one way or the other: all cases are tried until one fits. A smoothed friction
@@ -290,7 +255,9 @@ def solve_shafts_reference(plan: Plan, matrix: Array, right: Array, old: Array) 
     free = np.flatnonzero(plan.moves > 0.0)
     new, friction = np.zeros(3), np.zeros(3)
     inner = matrix[np.ix_(free, free)]
-    coulomb, smooth = (values[free] for values in friction_of(plan))
+    coulomb, smooth = np.zeros(3), np.full(3, plan.smooth.max(initial=0.0))
+    coulomb[plan.stick], smooth[plan.stick] = plan.bound, plan.smooth
+    coulomb, smooth = coulomb[free], smooth[free]
     if (smooth > 0.0).any():
         new[free] = _smoothed(inner, right[free], coulomb, smooth, old[free])
     else:
@@ -300,7 +267,7 @@ def solve_shafts_reference(plan: Plan, matrix: Array, right: Array, old: Array) 
     return new, friction
 
 
-def _stick_slip(matrix: Array, right: Array, coulomb: Array) -> Array:
+def _stick_slip(matrix, right, coulomb):
     best, least = np.zeros_like(right), np.inf
     for case in product((0.0, 1.0, -1.0), repeat=right.size):
         way = np.array(case)
@@ -317,8 +284,8 @@ def _stick_slip(matrix: Array, right: Array, coulomb: Array) -> Array:
     return best
 
 
-def _smoothed(matrix: Array, right: Array, coulomb: Array, smooth: Array, old: Array) -> Array:
-    def excess(speed: Array) -> Array:
+def _smoothed(matrix, right, coulomb, smooth, old):
+    def excess(speed):
         return matrix @ speed + coulomb * np.tanh(0.5 * (speed + old) / smooth) - right
 
     speed = old.copy()
@@ -337,19 +304,7 @@ def _smoothed(matrix: Array, right: Array, coulomb: Array, smooth: Array, old: A
 
 
 # --- Dampers along the cable
-def damper_directions(plan: Plan, law: CableLaw, x: Array) -> Array:
-    """Directions along which the segments are damped.
-
-    ``x``, shape (3, nodes): displacements [m].
-    Returns shape (3, segments): derivative of each segment's strain; zero where the cable is slack.
-    """
-    gradients = np.diff(x, axis=1) * plan.segment[INVERSE_SPACING]
-    return np.stack(law.strain_gradient(*gradients))
-
-
-def damped_span_reference(
-    plan: Plan, span: int, direction: Array, mean: Array, rim_speeds: tuple[float, float]
-) -> Array:
+def damped_span_reference(plan, span, direction, mean, rim_speeds):
     """Damping tensions of a span for given mean speeds of its rims, shape (segments per span,) [N].
 
     ``mean`` (3, nodes) holds the mean velocities over the step as they would be without the damping. Solves
@@ -369,14 +324,14 @@ def damped_span_reference(
     if plan.axial == AS_STRAIGHT:  # the tensions' own matrix is that of a rope along u
         along = _rates(np.eye(3)[[0]].T + np.zeros((3, n)))
         matrix = np.diag(plan.segment[COMPLIANCE, segments]) + 0.5 * along * gain @ along.T
-        tension: Array = np.linalg.solve(matrix, rates @ velocity.T.ravel())
+        tension = np.linalg.solve(matrix, rates @ velocity.T.ravel())
         return tension
     between = np.linalg.solve(system, velocity.T.ravel())
     tension = (rates @ between) / plan.segment[COMPLIANCE, segments]
     return tension
 
 
-def _rates(direction: Array) -> Array:
+def _rates(direction):
     """Matrix that takes velocities (u, v, w node after node) to the rates at which the segments stretch."""
     segments = direction.shape[1]
     rates = np.zeros((segments, segments + 1, 3))
