@@ -1,4 +1,4 @@
-"""One derivation gives the printed laws of Models 1 to 4; their bound, their projection."""
+"""One derivation gives the printed laws of Models 1 to 4; their bound, projection, and what laws refuse."""
 
 from dataclasses import replace
 
@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from cabledrive.control import darc
+from cabledrive.control.backstepping import backstepping_numbers
 from cabledrive.control.bound import printed_uncertainty, robust_conditions, uncertainty
 from cabledrive.control.law_kernels import adapt, law_step
 from cabledrive.control.numbers import K_SIGMA
 from cabledrive.control.reference import flat_output, joint_motion
+from cabledrive.parameters import InputRefused
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
 from control_chains import INTERVAL, flat_rows, model, row_of, state_of
@@ -221,3 +223,25 @@ def test_bounds_of_the_offset_do_not_depend_on_its_sign():
     )
     assert one.high[3] == other.high[3] == 0.1
     assert one.low[3] == other.low[3] == -0.1
+
+
+ROWS = [
+    (lambda: darc.darc_gains(2, 5.0), ["5", "12 Hz"]),
+    (lambda: darc.darc_gains(4, -3.0), ["-3", "above 0"]),
+    (lambda: darc.darc_gains(4, float("nan")), ["nan", "above 0"]),
+    (
+        lambda: darc.Bounds(nominal=np.ones(4), low=np.array([2.0, 0, 0, 0]), high=np.full(4, 3.0)),
+        ["outside 2 to 3"],
+    ),
+    (lambda: backstepping_numbers(model(4), -1.0, 0.0, INTERVAL), ["bandwidth", "-1"]),
+    (lambda: backstepping_numbers(model(4), float("nan"), 0.0, INTERVAL), ["bandwidth", "nan"]),
+]
+
+
+@pytest.mark.parametrize("call, named", ROWS)
+def test_what_no_law_takes_is_refused_by_name_and_number(call, named):
+    with pytest.raises(InputRefused) as refused:
+        call()
+    words = str(refused.value)
+    assert "\n" not in words
+    assert all(part in words for part in named), words

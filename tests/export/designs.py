@@ -1,11 +1,14 @@
-"""Controllers to export, as fast as they can be had: no trial runs choose their gains."""
+"""Controllers to export, as fast as they can be had: no trial runs choose their gains; and C compilers."""
 
 import json
+import shutil
+import subprocess
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 
 import cabledrive as cd
 from cabledrive.export.source import ExportSource
@@ -84,3 +87,26 @@ def shaper_json(folder, **changes):
     } | changes
     (folder / "shaper.json").write_text(json.dumps(data))
     return folder / "shaper.json"
+
+
+# --- Compile and run what was exported
+needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+COMPILERS = [one for one in ("gcc", "clang") if shutil.which(one)]
+
+
+def built(folder, *flags, compiler="cc", name="check"):
+    """Compile every C file of a folder."""
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not installed")
+    files = [path.name for path in sorted(folder.glob("*.c"))]
+    command = [compiler, "-std=c99", "-ffp-contract=off", *flags, *files, "-lm", "-o", name]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def checked(folder, *flags, compiler="cc"):
+    """Compile and run the self-test."""
+    done = built(folder, *flags, compiler=compiler)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return subprocess.run(["./check"], cwd=folder, capture_output=True, text=True, check=False)

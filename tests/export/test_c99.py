@@ -8,14 +8,32 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.control.controller_kernels import new_target_state, start_target, target_step
+from cabledrive.control.controller_kernels import (
+    new_target_state,
+    own_target_step,
+    start_target,
+    target_step,
+)
 from cabledrive.control.numbers import start_estimates
+from cabledrive.export.blocks import target_kernel
 from cabledrive.export.c99 import commands_of, controller_package, references_of, rippled_readings, self_test
 from cabledrive.export.door import write_folder
 from cabledrive.export.single_precision import MARGIN, differenced, self_test_gap, single_precision
+from cabledrive.export.source import designed, designed_loop
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS
-from export.compilers import COMPILERS, WARNINGS, built, checked, needs_cc
-from export.designs import loop_of, replayed, source_of
+from export.designs import (
+    COMPILERS,
+    DRIVE,
+    OWN,
+    WARNINGS,
+    built,
+    checked,
+    loop_of,
+    needs_cc,
+    replayed,
+    source_of,
+    step,
+)
 
 LAWS = [name for name in CONTROLLERS if name not in OPEN_LOOPS]
 
@@ -138,15 +156,25 @@ def test_the_generator_in_c_makes_the_rows_of_the_interpreted_kernel(package):
 
 @pytest.mark.kernel  # cabledrive.control.controller_kernels
 def test_the_step_of_a_target_is_that_of_the_rig():
-    """Readings and commands of a run on the rig, replayed: the settled filter, the same law."""
+    """Readings and commands of a run on the rig, replayed: settled filter, same law; and one's own."""
     law = source_of("darc-3").law
     state = new_target_state(law.observer, law.law, law.late_samples)
-    found, rig = replayed(
-        loop_of("darc-3"), law,
-        lambda y: start_target(start_estimates(law.law), state, y),
-        lambda y, row: target_step(law.observer, law.law, law.torque_limit, state, y, row), 400,
-    )  # fmt: skip
-    np.testing.assert_allclose(found, rig, rtol=1e-6, atol=1e-11)
+    own, target = designed(DRIVE, OWN).law, own_target_step(step, True)
+    kernel = target_kernel(own)
+    for loop, one, begin, go in (
+        (
+            loop_of("darc-3"), law,
+            lambda y: start_target(start_estimates(law.law), state, y),
+            lambda y, row: target_step(law.observer, law.law, law.torque_limit, state, y, row),
+        ),
+        (
+            designed_loop(DRIVE, OWN), own,
+            lambda y: start_target(kernel.begin, kernel.state, y),
+            lambda y, row: target(*kernel.numbers.values(), own.torque_limit, kernel.state, y, row),
+        ),
+    ):  # fmt: skip
+        found, rig = replayed(loop, one, begin, go, 300)
+        np.testing.assert_allclose(found, rig, rtol=1e-6, atol=1e-11)
 
 
 def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
@@ -243,3 +271,45 @@ def test_a_pair_is_exported_and_passes_or_is_refused_as_track_refuses_it(drive, 
         return
     done = checked(tmp_path / "out", "-O2", *WARNINGS)
     assert done.returncode == 0, done.stdout
+
+
+# --- A controller of the user's own is exported by the same door: C is its step to the bit
+def on_readings(gains, state, measurement, reference):
+    stiffness, damping = gains
+    speed = (measurement[0] - state[0]) / 2e-4
+    state[0] = measurement[0]
+    return state, stiffness * (reference[0] - measurement[0]) - damping * speed
+
+
+UNFILTERED = cd.OwnController(
+    step=on_readings,
+    gains=(0.5, 0.02),
+    initial_state=[0.0],
+    name="unfiltered",
+    measures="readings",
+    follows="motion",
+)
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """Folder of a controller exported once, and what the export said."""
+    kept = {}
+
+    def export(own):
+        if own.name not in kept:
+            folder = tmp_path_factory.mktemp(own.name) / "c"
+            kept[own.name] = folder, cd.export_to(folder, DRIVE, "c99", controller=own)
+        return kept[own.name]
+
+    return export
+
+
+@needs_cc
+@pytest.mark.parametrize("own", [OWN, UNFILTERED], ids=lambda own: own.name)
+def test_a_controller_of_ones_own_passes_its_self_test_to_the_bit(own, exported):
+    folder, made = exported(own)
+    assert made["sample_time"] == pytest.approx(2e-4)
+    done = checked(folder, "-O2", *WARNINGS)
+    assert done.returncode == 0, done.stdout
+    assert "1000 samples, command kept at 7, largest difference 0 N m" in done.stdout

@@ -19,8 +19,7 @@ from cabledrive.reduction.modal_cable import modal_cable
 from cabledrive.reduction.stretch_kernels import cable_motion, cable_step, start_cable
 from cabledrive.reduction.stretches import new_stretch_state
 from cabledrive.rig.closed_loop.loop_kernels import loop_step
-from export.compilers import COMPILERS, WARNINGS, checked
-from export.designs import source_of
+from export.designs import COMPILERS, WARNINGS, checked, source_of
 
 fmpy = pytest.importorskip("fmpy", reason="needs fmpy")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")

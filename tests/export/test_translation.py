@@ -10,8 +10,7 @@ from cabledrive.export.blocks import controller_block
 from cabledrive.export.translation.nodes import BOOL, INT, REAL, Scalar, View
 from cabledrive.export.translation.program import Program
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS
-from export.compilers import WARNINGS, built
-from export.designs import source_of
+from export.designs import WARNINGS, built, source_of
 
 VECTOR = View(REAL, (4,))
 

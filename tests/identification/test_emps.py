@@ -262,12 +262,12 @@ def test_the_third_record_is_not_predicted_and_the_residual_shows_that_the_model
 
 
 def linear_errors(records, belt, order, signed):
-    """RMSE on the last samples of one linear model for both records, the better of two starts."""
+    """RMSE on the last samples of one linear model for both records, the best of four random starts."""
     signs = [np.sign(np.diff(turning(belt, r), prepend=0.0)) if signed else 1.0 for r in records]
     targets = [r.output[:, 0] * s for r, s in zip(records, signs, strict=True)]
     inputs = [np.concatenate([[0.0], r.input[:-1]]) for r in records]
     best = None
-    for start in (arx(inputs, targets, order), stable_start(order)):
+    for start in np.random.default_rng(0).normal(size=(4, 2 * order + 2)):
         found = optimize.least_squares(
             lambda p: np.concatenate(
                 [(run(p, u, order) - y)[:TRAINING] for u, y in zip(inputs, targets, strict=True)]
@@ -296,36 +296,6 @@ def run(parameters, u, order):
         longer = np.append(denominator, 0.0)
         denominator = longer + k * longer[::-1]
     return signal.lfilter(parameters[order : 2 * order + 1], denominator, u) + parameters[-1]
-
-
-def stable_start(order):
-    return np.concatenate([np.full(order, -0.3), np.full(order + 1, 0.1), [0.0]])
-
-
-def arx(inputs, targets, order):
-    """Equation error, its poles taken over as reflection coefficients."""
-    rows, right = [], []
-    for u, y in zip(inputs, targets, strict=True):
-        n = np.arange(order, TRAINING)
-        rows.append(
-            np.column_stack(
-                [
-                    *(-y[n - k] for k in range(1, order + 1)),
-                    *(u[n - k] for k in range(order + 1)),
-                    np.ones(n.size),
-                ]
-            )
-        )
-        right.append(y[n])
-    found = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
-    roots = np.roots(np.append(1.0, found[:order]))
-    roots = np.where(np.abs(roots) > 0.98, roots / np.abs(roots) * 0.98, roots)
-    a, reflections = np.real(np.poly(roots)), []
-    while a.size > 1:
-        k = a[-1]
-        reflections.append(k)
-        a = ((a - k * a[::-1]) / (1 - k * k))[:-1]
-    return np.concatenate([np.arctanh(reflections[::-1]), found[order : 2 * order + 1], [0.0]])
 
 
 # --- A motor cart, a spring and a load cart: one physical model from four runs, tested on all others

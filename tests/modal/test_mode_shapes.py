@@ -88,12 +88,9 @@ def sampled(drive, kind="longitudinal"):
 
 def drives():
     drawn = [machine(np.random.default_rng(seed), contrast=1e3) for seed in range(12)]
-    return [*(pytest.param(drive, id=f"machine-{i}") for i, drive in enumerate(drawn)), even_ring()]
-
-
-def even_ring():
     cable = some_cable(np.random.default_rng(0))
-    return ring_of([0.5] * 8, [0.3 * cable.mass_per_length] * 8, cable)
+    even_ring = ring_of([0.5] * 8, [0.3 * cable.mass_per_length] * 8, cable)
+    return [*(pytest.param(drive, id=f"machine-{i}") for i, drive in enumerate(drawn)), even_ring]
 
 
 @pytest.mark.parametrize("drive", drives())

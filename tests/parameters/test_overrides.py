@@ -31,13 +31,9 @@ def test_setting_replaces_a_quantity_however_it_is_quoted(setting):
     assert overridden(setting) == replace(DRIVE, cable=replace(DRIVE.cable, pretension=6.0))
 
 
-def test_setting_reaches_into_arrays():
+def test_settings_reach_into_arrays_and_add_a_table_and_rows():
     first, second = DRIVE.pulley
-    assert overridden("pulley.0.inertia=0.001").pulley == (replace(first, inertia=0.001), second)
     assert overridden("pulley.1.fixed=true").pulley == (first, replace(second, fixed=True))
-
-
-def test_settings_add_a_table_and_rows_to_an_array():
     drive = overridden("goal.tracking_error=0.1 deg", "carriage.0.mass=1", "carriage.0.position=0.5")
     assert drive.goal == Goal(tracking_error=0.0017453292519943296)
     assert drive.carriage == (Carriage(mass=1.0, position=0.5),)
