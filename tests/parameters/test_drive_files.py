@@ -9,15 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 import cabledrive as cd
-from cabledrive.parameters import (
-    Drive,
-    InputRefused,
-    drive_text,
-    load_drive,
-    packaged_drives,
-    packaged_text,
-    save_drive,
-)
+from cabledrive.parameters import drive_text, packaged_text
 from drive_mutations import mutants
 from drive_strategies import drives
 
@@ -26,12 +18,12 @@ ROUTES = sorted((Path(__file__).parent / "routes").glob("*.toml"))
 VALIDATOR = jsonschema.Draft202012Validator(cd.drive_schema())
 
 
-@pytest.mark.parametrize("source", [*packaged_drives(), EXAMPLE, *ROUTES], ids=str)
+@pytest.mark.parametrize("source", [*cd.packaged_drives(), EXAMPLE, *ROUTES], ids=str)
 def test_packaged_drives_and_examples_are_valid_and_survive_the_round_trip(source, tmp_path):
     """File -> drive -> file -> drive; the second file is the first one written again."""
-    drive = load_drive(source)
-    path = save_drive(drive, tmp_path / "again.toml")
-    again = load_drive(path)
+    drive = cd.load_drive(source)
+    path = cd.save_drive(drive, tmp_path / "again.toml")
+    again = cd.load_drive(path)
     assert again == drive
     assert cd.content_hash(again) == cd.content_hash(drive)
     assert drive_text(again) == drive_text(drive)
@@ -44,7 +36,7 @@ def test_packaged_drives_and_examples_are_valid_and_survive_the_round_trip(sourc
 @settings(max_examples=200)
 def test_every_drive_survives_the_round_trip(drive, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "drive.toml"
-    assert load_drive(save_drive(drive, path, force=True)) == drive
+    assert cd.load_drive(cd.save_drive(drive, path, force=True)) == drive
 
 
 @pytest.mark.parametrize(
@@ -60,8 +52,8 @@ def test_drive_that_cannot_be_written_leaves_nothing_behind(path, words, tmp_pat
     monkeypatch.chdir(tmp_path)
     mine = tmp_path / "mine.toml"
     mine.write_text("mine")
-    with pytest.raises(InputRefused, match=words):
-        save_drive(load_drive(EXAMPLE), path)
+    with pytest.raises(cd.InputRefused, match=words):
+        cd.save_drive(cd.load_drive(EXAMPLE), path)
     assert list(tmp_path.iterdir()) == [mine]
     assert mine.read_text() == "mine"
 
@@ -70,8 +62,8 @@ def test_drive_that_cannot_be_written_leaves_nothing_behind(path, words, tmp_pat
 def message_of_refusal(path, **options):
     """Load the file: the refusal's message, or nothing if it is a drive."""
     try:
-        assert isinstance(load_drive(path, **options), Drive)
-    except InputRefused as refusal:
+        assert isinstance(cd.load_drive(path, **options), cd.Drive)
+    except cd.InputRefused as refusal:
         return str(refusal)
     return None
 

@@ -4,6 +4,7 @@ import base64
 import json
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,11 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cabledrive.answers.figures import number, quantity
-from cabledrive.parameters import load_drive
-from cabledrive.report import report_html
+from cabledrive.parameters import NotComputed, load_drive
+from cabledrive.report import report_html, write_report, writing
+from cabledrive.report.blocks import Chapter, Paragraph
+from cabledrive.report.context import make_context
+from cabledrive.report.machine.page import machine_view
 from cabledrive.report.picture import COLOURS
 from cabledrive.report.typesetting import typeset
-from report_page import Reader, page, read
+from report_page import TIME, Reader, page, read
 
 
 def attributes(name: str) -> list[tuple[str, str]]:
@@ -197,3 +201,42 @@ def test_words_reach_the_contrast_of_readable_text(word, ground, theme):
     """4.5 to 1, level AA."""
     seen = contrast(COLOURS[word][theme], COLOURS[ground][theme])
     assert seen >= 4.5, f"{word} on {ground}: {seen:.2f}"
+
+
+# --- The report appears whole or not at all, and replaces nothing unasked
+DRIVES = [load_drive("dissertation-1")]
+
+
+@pytest.fixture
+def one_study(monkeypatch):
+    """What is checked here holds for any studies; this one takes no time."""
+    about = Chapter(title="A study", anchor="a-study", blocks=(Paragraph(text="Nothing."),))
+    monkeypatch.setattr(writing, "effect_of_parameters", lambda context: about)
+    monkeypatch.setattr(writing, "machine_view", lambda context, place: machine())
+
+
+@cache
+def machine():
+    """The page of the machine, computed once."""
+    return machine_view(make_context(DRIVES), 0)
+
+
+def test_the_file_is_the_page_with_a_card_for_each_linked_page(one_study, tmp_path):
+    (tmp_path / "beside").mkdir()
+    other = tmp_path / "beside" / "campaign.html"
+    other.write_text("<html><head><title>Fleet &amp; field</title></head></html>")
+    written = write_report(DRIVES, tmp_path / "report.html", written_at=TIME, links=[other])
+    text = written.read_text(encoding="utf-8")
+    linked = (("Fleet & field", "beside/campaign.html"),)
+    assert text == report_html(DRIVES, written_at=TIME, links=linked)
+    assert '<a href="beside/campaign.html">Fleet &amp; field</a>' in text
+
+
+def test_a_report_that_fails_on_the_way_leaves_nothing(one_study, tmp_path, monkeypatch):
+    def fail(*args, **kwargs):
+        raise NotComputed("no")
+
+    monkeypatch.setattr(writing, "effect_of_parameters", fail)
+    with pytest.raises(NotComputed):
+        write_report(DRIVES, tmp_path / "report.html")
+    assert list(tmp_path.iterdir()) == []

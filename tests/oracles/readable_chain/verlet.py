@@ -16,26 +16,9 @@ import numpy as np
 
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.simulation import channels
+from cabledrive.simulation import plan as entries
 from cabledrive.simulation.dampers import AS_STRAIGHT, UNDAMPED
-from cabledrive.simulation.plan import (
-    COMPLIANCE,
-    DRAG,
-    EVENTS,
-    FALL_U,
-    FALL_W,
-    INVERSE_SPACING,
-    KEEP_T,
-    KICK_T,
-    KICK_U,
-    MASS,
-    MOST_EVENTS,
-    SPACING,
-    STEPS,
-    WEIGHT_U,
-    WEIGHT_W,
-    copy_state,
-    law_of,
-)
+from cabledrive.simulation.plan import copy_state, law_of
 
 DONE, SLACK, NOT_FINITE = range(3)
 
@@ -51,11 +34,11 @@ def observed(plan, law, before, after, gradients, torque, row):
     change, velocity = 0.5 * (new - before.x_t), 0.5 * (new + before.x_t)
     turned, turning = 0.5 * (after.q_t - before.q_t), 0.5 * (after.q_t + before.q_t)
     spans = len(plan.nodes)
-    spacing = plan.segment[SPACING].reshape(spans, -1)
+    spacing = plan.segment[entries.SPACING].reshape(spans, -1)
     tension = law.tension(*gradients).reshape(spans, -1)
     stored = law.energy_density(*gradients).reshape(spans, -1)
-    inner, mass = [slice(first + 1, last) for first, last in plan.nodes], plan.node[MASS]
-    weight = plan.node[[WEIGHT_U, WEIGHT_W]]
+    inner, mass = [slice(first + 1, last) for first, last in plan.nodes], plan.node[entries.MASS]
+    weight = plan.node[[entries.WEIGHT_U, entries.WEIGHT_W]]
 
     along = [0.5 * mass[own] @ velocity[0, own] ** 2 for own in inner]
     across = [0.5 * mass[own] @ np.sum(velocity[1:, own] ** 2, axis=0) for own in inner]
@@ -88,7 +71,7 @@ def twin(step, observe=observed):
         for j in range(len(torque)):
             keep_extremes_reference(plan, state)
             before = copy_state(state)
-            gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
+            gradients = np.diff(state.x, axis=1) * plan.segment[entries.INVERSE_SPACING]
             slack = note_slack_reference(plan, law, state, gradients)
             if slack and plan.stop_when_slack:
                 return SLACK
@@ -112,7 +95,7 @@ def step_reference(plan, law, state, excess, torque, forces):
     shaft_force = shaft_forces_reference(plan, state, excess[0], torque)
     own = matrix = plan.matrix - 0.5 * plan.dampers
     # along which the segments are damped, (3, segments): derivative of each strain, zero where it is slack
-    gradients = np.diff(state.x, axis=1) * plan.segment[INVERSE_SPACING]
+    gradients = np.diff(state.x, axis=1) * plan.segment[entries.INVERSE_SPACING]
     direction = np.stack(law.strain_gradient(*gradients))
     if plan.axial != UNDAMPED:
         matrix, shaft_force = _with_dampers(
@@ -135,7 +118,7 @@ def moved_reference(plan, state, new, shaft_new):
     state.x[:] += plan.step * new
     state.q_t[:] = shaft_new
     state.q[:] += plan.step * shaft_new
-    state.counts[STEPS] += 1
+    state.counts[entries.STEPS] += 1
 
 
 def _kicked(plan, old, excess, forces):
@@ -143,12 +126,12 @@ def _kicked(plan, old, excess, forces):
     new = old.copy()
     inner = slice(1, -1)
     force = np.diff(excess, axis=1)
-    new[0, inner] += plan.node[KICK_U, inner] * force[0] + plan.node[FALL_U, inner]
-    new[1:, inner] *= plan.node[KEEP_T, inner]
-    new[1:, inner] += plan.node[KICK_T, inner] * force[1:]
-    new[2, inner] += plan.node[FALL_W, inner]
+    new[0, inner] += plan.node[entries.KICK_U, inner] * force[0] + plan.node[entries.FALL_U, inner]
+    new[1:, inner] *= plan.node[entries.KEEP_T, inner]
+    new[1:, inner] += plan.node[entries.KICK_T, inner] * force[1:]
+    new[2, inner] += plan.node[entries.FALL_W, inner]
     for (node, axis), pushed in zip(plan.force, forces, strict=True):
-        new[axis, node] += plan.node[KICK_U if axis == 0 else KICK_T, node] * pushed
+        new[axis, node] += plan.node[entries.KICK_U if axis == 0 else entries.KICK_T, node] * pushed
     return new
 
 
@@ -192,8 +175,8 @@ def _damp(plan, state, direction, old, new, rims):
         ]
     )
     force = np.diff(direction * q, axis=1)
-    new[0, 1:-1] += plan.node[KICK_U, 1:-1] * force[0]
-    new[1:, 1:-1] += plan.node[KICK_T, 1:-1] * force[1:]
+    new[0, 1:-1] += plan.node[entries.KICK_U, 1:-1] * force[0]
+    new[1:, 1:-1] += plan.node[entries.KICK_T, 1:-1] * force[1:]
     mean = 0.5 * (old + new)
     power = 0.0
     for span, (first, last) in enumerate(plan.nodes):
@@ -210,7 +193,7 @@ def tally_reference(plan, state, old, new, shaft_mean, friction, torque, forces)
     for (node, axis), pushed in zip(plan.force, forces, strict=True):
         worked[channels.FORCE_WORK] += plan.step * pushed * mean[axis, node]
     worked[channels.TRANSVERSE_LOSS] += plan.step * np.sum(
-        (plan.node[DRAG] * (mean[1] ** 2 + mean[2] ** 2))[1:-1]
+        (plan.node[entries.DRAG] * (mean[1] ** 2 + mean[2] ** 2))[1:-1]
     )
     worked[channels.VISCOUS_LOSS] += plan.step * shaft_mean @ plan.damping[0] @ shaft_mean
     worked[channels.COULOMB_LOSS] += plan.step * np.sum(friction * shaft_mean)
@@ -232,11 +215,16 @@ def note_slack_reference(plan, law, state, gradients):
     pushes = law.is_slack(*gradients).reshape(len(plan.nodes), -1)
     slack = pushes.any(axis=1)
     for span in np.flatnonzero(slack & (state.slack == 0)):
-        if state.counts[EVENTS] < MOST_EVENTS:
+        if state.counts[entries.EVENTS] < entries.MOST_EVENTS:
             tension = taut_law(law).tension(*gradients).reshape(len(plan.nodes), -1)[span]
             place = int(np.argmin(tension))
-            state.events[state.counts[EVENTS]] = state.counts[STEPS], span, place, tension[place]
-        state.counts[EVENTS] += 1
+            state.events[state.counts[entries.EVENTS]] = (
+                state.counts[entries.STEPS],
+                span,
+                place,
+                tension[place],
+            )
+        state.counts[entries.EVENTS] += 1
     state.slack[:] = slack
     return bool(slack.any())
 
@@ -318,16 +306,16 @@ def damped_span_reference(plan, span, direction, mean, rim_speeds):
     velocity[:, [0, -1]] = 0.0
     velocity[0, [0, -1]] = rim_speeds
     rates = _rates(direction[:, segments])  # (segments, 3 nodes)
-    dampers = rates.T @ (rates / plan.segment[COMPLIANCE, segments, None])
-    gain = plan.node[[KICK_U, KICK_T, KICK_T], nodes].T.ravel()
+    dampers = rates.T @ (rates / plan.segment[entries.COMPLIANCE, segments, None])
+    gain = plan.node[[entries.KICK_U, entries.KICK_T, entries.KICK_T], nodes].T.ravel()
     system = np.eye(gain.size) + 0.5 * gain[:, None] * dampers
     if plan.axial == AS_STRAIGHT:  # the tensions' own matrix is that of a rope along u
         along = _rates(np.eye(3)[[0]].T + np.zeros((3, n)))
-        matrix = np.diag(plan.segment[COMPLIANCE, segments]) + 0.5 * along * gain @ along.T
+        matrix = np.diag(plan.segment[entries.COMPLIANCE, segments]) + 0.5 * along * gain @ along.T
         tension = np.linalg.solve(matrix, rates @ velocity.T.ravel())
         return tension
     between = np.linalg.solve(system, velocity.T.ravel())
-    tension = (rates @ between) / plan.segment[COMPLIANCE, segments]
+    tension = (rates @ between) / plan.segment[entries.COMPLIANCE, segments]
     return tension
 
 
