@@ -69,6 +69,8 @@ def late_plant():
 RUNS = [
     tracked("sample", controller="darc-4", bandwidth=400.0),
     tracked("gains", "best or dissertation", gains="fast"),
+    tracked("adapt", "pid", controller="pid", adapt=False),
+    tracked("segments", "cable", options=RigOptions(segments=9)),
     tracked("motor.joint_stiffness", drive=with_motor(joint_stiffness=None), controller="darc-4"),
     tracked("ideal sensors", controller="darc-indirect", motion=replace(SHORT, pulses=2), options=IDEAL),
     tracked("backlash", controller="pd", plant="cable", drive=with_motor(backlash=0.01)),

@@ -11,7 +11,7 @@ from cabledrive.answers.runs import ALARMED
 from cabledrive.mechanics.datasheet import largest_pretension, warnings_of_rest
 from cabledrive.mechanics.holding import HOLDING
 from cabledrive.parameters import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
 from cabledrive.report.blocks import listed, table_text
@@ -136,7 +136,7 @@ def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]
     return [*parts, *(["\n".join(lines)] if lines else [])]
 
 
-def summary_text(drive: Drive | RoutedDrive, found: ResonanceSummary) -> list[str]:
+def summary_text(drive: Machine, found: ResonanceSummary) -> list[str]:
     """Verdict, figures, pairs, and what is left out."""
     head = (drive.title or drive.name, "", f"verdict: {found.verdict}", *indented(found.reasons))
     pairs, parts = pairs_table(found, MOST_PAIRS), ["\n".join(head), "\n".join(aligned(found.figures))]

@@ -13,7 +13,7 @@ from cabledrive.control.numbers import DARC, HIGH, LOW, OWN, LawNumbers, start_e
 from cabledrive.control.own_controller import OwnController, checked_controller
 from cabledrive.control.reference import reference_numbers
 from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, cross_motion
@@ -22,7 +22,7 @@ from cabledrive.rig import setting, trial
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import Loop, check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import OwnPlant
-from cabledrive.rig.laws.baselines import FEEDFORWARDS, inverse_of
+from cabledrive.rig.laws.baselines import BASELINES, FEEDFORWARDS, inverse_of
 from cabledrive.rig.laws.controller_file import ControllerFile, is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, place
 from cabledrive.rig.laws.load_learning import (
@@ -48,14 +48,14 @@ GAINS = {"best": True, "dissertation": False, "printed": False}
 
 
 def track(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     *,
     controller: str | PathLike[str] | OwnController | None = None,
     bandwidth: float | None = None,
     plant: str | LumpedChain | OwnPlant | Any = None,
     motion: Motion | BodyMotion | None = None,
     options: RigOptions | None = None,
-    plant_drive: Drive | RoutedDrive | None = None,
+    plant_drive: Machine | None = None,
     axis: str | None = None,
     seed: int = 0,
     gains: str = "best",
@@ -155,6 +155,8 @@ def track(
     name = trial.controller_name(None if best else controller if file is None else file.name, drive)
     if (file is not None or own or best) and gains != "best":
         raise InputRefused(f'gains = "{gains}" is a setting of the packaged laws: leave it out')
+    if not (adapt or own or best) and name in BASELINES:
+        raise InputRefused(f"adapt = False, --no-adaptation: {name} adapts nothing: leave it out")
     if file is not None:
         options = replace(options, feedback=file.feedback)
     if motion.order is None:

@@ -23,9 +23,9 @@ import numpy as np
 from cabledrive.answers.result import Result
 from cabledrive.answers.runs import ALARMED
 from cabledrive.mechanics.network import statics_of
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import RoutedDrive, posed
+from cabledrive.parameters.route import Machine, RoutedDrive, posed
 from cabledrive.studies.motion_response import MOST_MODES, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import Passage, RoutePath, passages_of, path_of
@@ -87,9 +87,7 @@ class AlarmResult(Result):
     poses: int = 1
 
 
-def alarm(
-    drive: Drive | RoutedDrive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4
-) -> AlarmResult:
+def alarm(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4) -> AlarmResult:
     """Whether a motion makes transverse vibrations grow from a ``floor`` beyond a ``limit`` [m]."""
     check_amplitudes(floor, limit)
     if isinstance(drive, RoutedDrive):

@@ -12,7 +12,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import require_regular
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.units import to_si
 
@@ -84,9 +84,7 @@ COLUMNS = {"time": "s", "torque": "N m", "pretension": "N", "carriage": "m", "lo
 """Columns of a motion file, and their SI units; the first two are needed."""
 
 
-def read_motion(
-    path: str | Path, machine: Drive | RoutedDrive | None = None, *, torque: bool = True
-) -> PlannedMotion:
+def read_motion(path: str | Path, machine: Machine | None = None, *, torque: bool = True) -> PlannedMotion:
     """Read a planned motion from a CSV or TSV file.
 
     Parameters

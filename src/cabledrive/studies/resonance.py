@@ -13,7 +13,7 @@ from cabledrive.modal.tuning import pulley_mode, span_frequency, tuned_pretensio
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
-from cabledrive.parameters.route.drive import RoutedDrive, refuse_route, require_two_pulleys
+from cabledrive.parameters.route.drive import Machine, RoutedDrive, refuse_route, require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
@@ -38,7 +38,7 @@ def default_torque(drive: Drive) -> float:
 
 
 def resonance(
-    drive: Drive | RoutedDrive, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
+    drive: Machine, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
 ) -> ResonanceSummary:
     """Frequency ratio, threshold torque, pairs near resonance and verdict of a machine.
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.parameters import Drive, NotComputed
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters import NotComputed
+from cabledrive.parameters.route import Machine, RoutedDrive
 
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
@@ -20,7 +20,7 @@ ALONE = "belongs to --motion FILE: add that, or leave it out"
     "cabledrive resonance dissertation-2 --torque 10mN*m --map map.html", (saves_answer, machine_argument)
 )
 def command(
-    drive: Drive | RoutedDrive,
+    drive: Machine,
     torque: float | None = opt(
         "N m", "Torque amplitude of the verdict; default: that of [excitation] in the file."
     ),

@@ -123,7 +123,6 @@ def command(
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.reduction.network_axis import as_axis
     from cabledrive.rig import Motion, RigOptions, track
-    from cabledrive.rig.laws.baselines import BASELINES
     from cabledrive.rig.setting import (
         parse_disturbance,
         parse_encoder_dropout,
@@ -142,8 +141,6 @@ def command(
         tell_given("as_printed", why="has no effect: it is about --plant cable")
     if spec["ideal_sensors"]:
         tell_given("observer", "encoder_phase", why="has no effect beside --ideal-sensors")
-    if spec["controller"] in BASELINES:
-        refuse_given("no_adaptation", why=f"has no effect: {spec['controller']} adapts nothing: leave it out")
     given = click.get_current_context().params
     actual = None
     if plant_settings:
