@@ -21,7 +21,6 @@ from cabledrive.reduction.averaging import (
     averaged_rates,
     plucked,
     reconstruct,
-    rigid_rotation,
     triangle_stretch,
 )
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
@@ -69,7 +68,7 @@ def exact_motion(case: ForcedCase, segments: int = 200, rate: float = 4000.0) ->
 
 
 def averaged_motion(case: ForcedCase, time: Array, *, second: bool = True) -> SeenMotion:
-    """The same motion at times (n,) [s] by the averaged equations, put together again."""
+    """The same motion at times (n,) [s] by the averaged equations and the rigid rotation, Eq. (A.21)."""
     model, plucks = autoparametric_model(case.drive, number=1), np.array(case.plucks)
     passive = triangle_stretch(plucks) if case.shape == "triangle" else np.zeros(2)
     first = plucks * (FIRST_SINE if case.shape == "triangle" else 1.0)
@@ -82,7 +81,10 @@ def averaged_motion(case: ForcedCase, time: Array, *, second: bool = True) -> Se
     if case.shape == "triangle":
         size = np.abs(state[1:]) ** 2 + passive[:, None] * np.exp(-c.transverse_damping * time)
         across = across + _harmonics(case.plucks[0], model, c, time, size, state[0])
-    rim = model.rims[1] * motion.q + rigid_rotation(model, time, case.torque, case.omega)
+    # the rigid rotation under a sine that starts at t = 0; the pulley mode's friction is left out
+    decay, speed = model.rigid_damping / model.rigid_mass, case.torque * model.rigid_arm / model.rigid_mass
+    drift = -np.expm1(-decay * time) / decay if decay > 0.0 else time
+    rim = model.rims[1] * motion.q + speed / case.omega * (drift - np.sin(case.omega * time) / case.omega)
     return SeenMotion(time=time, load_angle=rim / model.load_radius, midpoint=across)
 
 

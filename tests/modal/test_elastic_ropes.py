@@ -1,11 +1,14 @@
 """Ropes that are no straight string of even tension: bending stiffness, weight along them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from machines import held
 
 import cabledrive as cd
 from cabledrive.modal.elements import ACROSS, Rope
+from cabledrive.parameters.route.two_pulleys import as_machine
 from network_samples import evenly
 from oracles.rope_fem import Beam, frequencies
 
@@ -100,6 +103,33 @@ def test_shapes_of_a_heavy_rope_and_of_a_beam_are_those_that_belong_to_their_str
         assert shape.shape[0] == mode.multiplicity
         modal = rope.density * span.length / 2 * float(weights @ shape[0] ** 2)
         assert modal == pytest.approx(1.0, rel=3e-3)  # mass per unstretched length
+
+
+@pytest.mark.parametrize("case", ["bare", "guided", "hanging"])
+def test_a_loop_bends_as_the_same_machine_with_routes(case):
+    """With its weight, a carriage on a rail or on the cable: the same modes; at pulleys a hinged beam."""
+    drive = cd.load_drive("dissertation-transporter", overrides=["cable.bending_stiffness=5e-5 N m^2"])
+    carriage = replace(drive.carriage[0], guided=case == "guided")
+    drive = replace(drive, carriage=() if case == "bare" else (carriage,))
+    own, routed = cd.modes(drive, count=6), cd.modes(as_machine(drive), count=6)
+    found = [[mode.frequency for mode in listed.modes] for listed in (own, routed)]
+    np.testing.assert_allclose(*found, rtol=1e-12)
+    assert own.certified
+    assert any("limp cable" in line for line in cd.drive_warnings(drive)) == bool(drive.carriage)
+    if not drive.carriage:  # out of plane, where nothing sags
+        cable, length = drive.cable, drive.pulley_distance
+        bent = cable.bending_stiffness * (np.pi / length) ** 2
+        hinged = np.sqrt((cable.pretension + bent) / cable.stretched_mass_per_length) / (2.0 * length)
+        assert own.transverse[0].frequency == pytest.approx(hinged, rel=2e-5)
+
+
+@pytest.mark.parametrize("bending", [2e-5, 2e-3])
+def test_a_loop_whose_cable_leaves_its_pulleys_in_a_wide_curve_is_not_certified(bending):
+    """EA EI^2 (1/r1 + 1/r2)^2 / (4 T^3 L^2) is 4e-6 and 4e-2."""
+    drive = cd.load_drive("dissertation-1", overrides=[f"cable.bending_stiffness={bending} N m^2"])
+    found = cd.modes(drive, count=3)
+    assert found.certified == (bending < 1e-4)
+    assert found.certified or "curvature at the pulleys" in found.certified_reason
 
 
 def test_a_running_belt_says_that_its_bending_stiffness_is_left_out():

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import degrees, inf, pi, tanh
+from math import degrees, inf, pi, sqrt, tanh
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,8 @@ from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described
-from cabledrive.parameters.route.drive import Machine, RoutedDrive, require_two_pulleys
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 
 def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
@@ -203,6 +204,7 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
 
 ELASTIC_RULE = 0.02  # strain, where the file states no limit
 SMALL_SAG = 0.01  # of the span
+SMALL_BEND = 1e-4  # of the frequency of a string
 SMALL_IRVINE = 1.0  # the sag has then raised the tension by 4 %
 STIFFNESS_TOLERANCE = 0.2
 SAMPLES_PER_CYCLE = 10.0
@@ -225,14 +227,14 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
 
         return route_warnings(drive)
     sheet = derived_quantities(drive)
-    checks = (_static, _elastic, _sag, _torque, _light, _stiffness, _motor, _goal_and_sampling)
+    checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _motor, _goal_and_sampling)
     return tuple(line for check in checks for line in check(drive, sheet))
 
 
 def warnings_of_rest(drive: Drive) -> tuple[str, ...]:
     """Warnings that touch what is said of vibrations, a line each: slack at rest, strain and sag."""
     sheet = derived_quantities(drive)
-    return tuple(line for check in (_static, _elastic, _sag) for line in check(drive, sheet))
+    return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(drive, sheet))
 
 
 def largest_pretension(drive: Drive) -> float:
@@ -292,6 +294,19 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
             f"(small: {SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} "
             f"(small: {SMALL_IRVINE:g}): the modes are those of the hanging rope; "
             f"lumped models and the internal resonance take a straight cable; {advice} to straighten it"
+        )
+
+
+def _bends(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A bending stiffness that the modes alone count: hinged at pulleys, clamped at carriages."""
+    short = min(own.end - own.start for own in rest_state(drive).sections)
+    bent = sqrt((drive.cable.bending_stiffness or 0.0) / drive.cable.pretension) / short
+    raised = 0.5 * (pi * bent) ** 2 + (2.0 * bent if drive.carriage else 0.0)
+    if raised > SMALL_BEND:
+        yield (
+            f"cable.bending_stiffness raises the first transverse frequency of the shortest section by about "
+            f"{raised:.2g} of it (small: {SMALL_BEND:g}): the modes count it; formulas of the data sheet, "
+            "simulations, the internal resonance and the tension from a ping take a limp cable"
         )
 
 

@@ -17,6 +17,7 @@ from cabledrive.modal.networks import network_of_chain, network_of_drive, slack_
 from cabledrive.modal.ranges import (
     ALLOWED,
     INCOMPLETE,
+    bent_limit,
     lifted_limit,
     range_limit,
     route_range_warnings,
@@ -27,8 +28,8 @@ from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
 from cabledrive.parameters import InputRefused, content_hash
-from cabledrive.parameters.route.drive import Machine, RoutedDrive, refuse_route
-from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.two_pulleys import AxisDrive, require_two_pulleys
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
@@ -102,16 +103,16 @@ def modes(
         return listed
     if network is not None:
         return _of_routes(listed, spectrum, network)
-    slack = spectrum.network.slack
-    limit = slack_line(slack[0]) if slack else tangent_limit(spectrum.network, listed.modes)
     assert not isinstance(drive, RoutedDrive)
+    own = spectrum.network
+    limit = slack_line(own.slack[0]) if own.slack else bent_limit(drive) or tangent_limit(own, listed.modes)
     return replace(
         listed,
         certified=listed.certified and limit is None,
         certified_reason=limit if listed.certified else listed.certified_reason,
         warnings=(
             *warnings_of_rest(drive),
-            *(f"{slack_line(own)}; its transverse modes are not listed" for own in slack[:1]),
+            *(f"{slack_line(one)}; its transverse modes are not listed" for one in own.slack[:1]),
         ),
         at_torque=at_torque,
         drive_hash=content_hash(drive),
@@ -138,7 +139,7 @@ def _spectrum(
         return Spectrum(network_of_chain(own_chain(drive))), None
     if isinstance(drive, RoutedDrive):
         if at_torque != 0.0:
-            refuse_route("a steady torque (at_torque)")
+            require_two_pulleys(drive, "a steady torque (at_torque)")
         network = network_of(drive, motor=motor, hold=hold)
         return Spectrum(network_of_routes(network)), network
     network_of_loop = network_of_drive(drive, motor=motor, hold=hold, at_torque=at_torque, taut=taut)

@@ -7,7 +7,7 @@ constructors of it.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import inf
+from math import inf, pi, sqrt
 from typing import Any
 
 from cabledrive.mechanics.chain import HOLDING_SPRING, LabelledChain
@@ -160,6 +160,7 @@ def network_of_drive(
         place = [index.setdefault(name, len(index)) for name in along.names]
         fixed += [own._replace(row=tuple((place[c], v) for c, v in own.row)) for own in along.fixed]
     held = held_joints(drive, hold)
+    bending = drive.cable.bending_stiffness or 0.0
     radii = {name: own.radius for name, own in zip(PULLEYS, drive.pulley, strict=True)}
 
     def row(name: str, way: str = ALONG) -> Row:
@@ -187,10 +188,10 @@ def network_of_drive(
         joints = [(0.0, ends[0], True), *joints, (drive.span_length, ends[1], True)]
         still = [guided or name in held for _, name, guided in joints]  # across
         bounds = [at for (at, _, _), own in zip(joints, still, strict=True) if own]
-        rows = [
-            [row(name), *((() if own or taut else row(name, way)) for way in (ACROSS, OUT))]
-            for (_, name, _), own in zip(joints, still, strict=True)
-        ]
+        free = [(name, not own and not taut) for (_, name, _), own in zip(joints, still, strict=True)]
+        ways, bends = (ACROSS, OUT), bending > 0.0
+        rows = [[row(name), *(row(name, way) if own else () for way in ways)] for name, own in free]
+        slopes = [[row(f"{name} slope", way) if own and bends else () for way in ways] for name, own in free]
         for i, ((start, near, _), (end, far, _)) in enumerate(pairwise(joints)):
             section = max(b for b in bounds if b <= start), min(b for b in bounds if b >= end)
             stretch, hung = at_rest.get((span, start)) or (
@@ -204,11 +205,16 @@ def network_of_drive(
                 ),
                 None,
             )
-            rope = cable.mass_per_length, 0.0, 1
+            rope = cable.mass_per_length, bending, 1
             across = not taut and (hung is None or hung.lowest_tension > 0.0)
             first, last = (
-                End(moves, radius=radii.get(name, 0.0))
-                for moves, name in zip(rows[i : i + 2], (near, far), strict=True)
+                End(
+                    rows[k],
+                    slopes[k],
+                    min(sqrt(bending / tension), 0.5 * pi * radii.get(name, 0.0)) if across else 0.0,
+                    radii.get(name, 0.0),
+                )
+                for k, name, tension in zip((i, i + 1), (near, far), stretch.tensions, strict=True)
             )
             own = parts_of_piece(len(pieces), stretch, rope, first, last, edges.get(id(hung), 0.0))
             parts += own if across else own[1:2]

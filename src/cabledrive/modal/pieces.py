@@ -35,7 +35,7 @@ class End(NamedTuple):
     """
 
     moves: Sequence[Row]
-    turns: tuple[Row, Row] = ((), ())
+    turns: Sequence[Row] = ((), ())
     lift: float = 0.0
     radius: float = 0.0
 

@@ -13,6 +13,8 @@ from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.pieces import sag_parameter
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.cable import Rope
+from cabledrive.parameters.drive import Drive
 
 INCOMPLETE = "the count gives more modes than could be found and proven"
 ALLOWED = 1e-3
@@ -55,18 +57,14 @@ def bending_error(network: Network, span: int, frequency: float = 0.0) -> float:
     return 0.5 * (half_waves * pi / own.length) ** 2 * rope.bending_stiffness / slack
 
 
-def curvature_error(network: Network, span: int) -> float:
+def curvature_error(rope: Rope, tension: float, length: float, bent: float) -> float:
     r"""Relative shift of a span's modes by the rope's curvature where it leaves its pulleys, a bound.
 
     It decays as :math:`e^{-x/e}/r`, so that a motion across stretches the rope, and shifts a frequency by
-    :math:`EA\,EI^2 (1/r_1 + 1/r_2)^2/(4 T^3 L^2)` at most.
+    :math:`EA\,EI^2 (1/r_1 + 1/r_2)^2/(4 T^3 L^2)` at most; ``bent``: the bracket [1/m].
     """
-    drive = network.drive
-    own = drive.free_spans[span]
-    rope = drive.ropes[own.route]
-    bent = sum(1.0 / place.radius for place in (own.start, own.end) if place.sense)
     stiffness = rope.axial_rigidity * (rope.bending_stiffness or 0.0) ** 2
-    return stiffness * bent**2 / (4.0 * float(network.statics.mean[span]) ** 3 * own.length**2)
+    return stiffness * bent**2 / (4.0 * tension**3 * length**2)
 
 
 def range_limit(network: Network, listed: Sequence[Mode]) -> str | None:
@@ -82,18 +80,32 @@ def range_limit(network: Network, listed: Sequence[Mode]) -> str | None:
             continue
         runs = bool(network.drive.route[span.route].speed)
         part = _parted(listed, span.name, irvine[number]) if runs else 0.0
+        bent = sum(1.0 / place.radius for place in (span.start, span.end) if place.sense)
+        at_rest = network.drive.ropes[span.route], float(network.statics.mean[number]), span.length
         for error, what in (
             (max(sag[number], part) if runs else 0.0, "sag"),
             (gradient_error(network, number) if runs else 0.0, "weight along it"),
-            (curvature_error(network, number), "curvature at the pulleys"),
+            (curvature_error(*at_rest, bent), "curvature at the pulleys"),
             (bending_error(network, number, highest[span.name]), "bending stiffness while it runs"),
         ):
             if error > ALLOWED:
-                return (
-                    f"the {what} of span {span.name} moves a listed mode by up to {error:.2g} of "
-                    f"its frequency, more than {ALLOWED:g}, and is left out: raise the pretension"
-                )
+                return left_out(what, span.name, error)
     return None
+
+
+def left_out(what: str, span: str, error: float) -> str:
+    """Why a list is not certified: what is left out moves a mode by a share of its frequency."""
+    return (
+        f"the {what} of span {span} moves a listed mode by up to {error:.2g} of its frequency, more than "
+        f"{ALLOWED:g}, and is left out: raise the pretension"
+    )
+
+
+def bent_limit(drive: Drive) -> str | None:
+    """Why a list of a loop or line is not certified: the curvature where its cable leaves the pulleys."""
+    bent = sum(1.0 / own.radius for own in drive.pulley)
+    error = curvature_error(drive.cable, drive.cable.pretension, drive.span_length, bent)
+    return left_out("curvature at the pulleys", "upper", error) if error > ALLOWED else None
 
 
 def _parted(listed: Sequence[Mode], span: str, irvine: float) -> float:

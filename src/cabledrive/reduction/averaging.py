@@ -314,24 +314,3 @@ def _static(c: AveragedCoefficients, z: Complex, z_rate: Complex, time: float) -
     size, growth = np.abs(z) ** 2 + passive, 2.0 * (z.conj() * z_rate).real - c.transverse_damping * passive
     q0 = drift - np.sum(c.offset * size, axis=0)
     return q0, -c.drift_decay * drift - np.sum(c.offset * growth, axis=0)
-
-
-def rigid_rotation(
-    model: AutoparametricModel, time: Array, torque: float, forcing: float | None = None
-) -> Array:
-    r"""Rim displacement of the rigid rotation under a sine torque that starts at t = 0, Eq. (A.21).
-
-    .. math:: s = \frac{\tau}{r_1 M_0\Omega}\Big[\frac{1 - e^{-\sigma t}}{\sigma}
-              - \frac{\sin\Omega t}{\Omega}\Big], \qquad \sigma = c_{11}/M_0
-
-    for :math:`\sigma \ll \Omega`; the pulley mode's friction on it is left out.
-
-    ``time``, shape (n,) [s]; ``torque``: amplitude [N m]; ``forcing``: omega [rad/s]; the pulley mode's own
-    unless given.
-    Returns shape (n,) [m]; zero where a pulley is held.
-    """
-    omega = model.natural if forcing is None else forcing
-    speed = torque * model.rigid_arm / (model.rigid_mass * omega)
-    decay = model.rigid_damping / model.rigid_mass
-    drift = -np.expm1(-decay * time) / decay if decay > 0.0 else time
-    return np.asarray(speed * (drift - np.sin(omega * time) / omega))

@@ -15,7 +15,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import require_own_spans
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph
 from cabledrive.report.context import ReportContext, make_context, provenance
 from cabledrive.report.figures.followed import followed_picture, overview_picture
@@ -194,7 +194,8 @@ def write_report(
         If the modes of a drive could not be computed.
     """
     for drive in drives:
-        require_own_spans(drive, "`write_report`")
+        if isinstance(drive, Drive):
+            require_two_pulleys(drive, "`write_report`")
     path = check_writable(path, force=force)
     beside = tuple(linked_page(page, path.parent) for page in links)
     html = report_html(drives, written_at=written_at, progress=progress, links=beside)

@@ -369,9 +369,7 @@ def check_run(
         said = f"sensors.delay = {control_delay(drive):.4g} s is not below the {duration:.4g} s of the motion"
         raise InputRefused(f"{said}, in which no torque would act: shorten the delay")
     if not cable and options.segments != RigOptions().segments:
-        raise InputRefused(
-            f"segments = {options.segments} divide the cable as plant: take it as plant, or leave them out"
-        )
+        raise InputRefused(f"segments = {options.segments} divide the cable as plant: leave them out")
     if cable:  # by the steps that a wave along it asks for
         per_second = drive.cable.axial_wave_speed / drive.pulley_distance
         most = int(sqrt(MOST_SEGMENT_STEPS / (2.0 * duration * per_second)))

@@ -9,7 +9,7 @@ from typing import Any, cast
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import require_own_spans
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.simulation.case import CarriageForce, case_of
 from cabledrive.simulation.error_estimate import check_halves
 from cabledrive.simulation.loop_result import SimulationResult
@@ -112,7 +112,7 @@ def simulate(
             case = network_case(drive, duration, scheme=scheme, **asked)
         # with its own channels: a caller knows what drive it gave
         return cast(SimulationResult, keep_run(case, **keeping))
-    require_own_spans(drive, "`simulate`")
+    require_two_pulleys(drive, "`simulate`")
     scheme = scheme or Scheme()
     if travel:
         raise InputRefused('travel is for machines of kind "route": leave it out')

@@ -1,5 +1,6 @@
 """What comes out of a run of any machine, and what it says about its own error."""
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,6 +12,7 @@ from cabledrive.answers.figures import Row
 from cabledrive.answers.keys import Keys
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.cable_law import Array
+from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation.channels import Channel
@@ -211,6 +213,15 @@ NETWORK = Keys(
     },
     also=(AUDIT,),
 )
+
+
+def bends_freely(ropes: Iterable[Rope]) -> tuple[str, ...]:
+    """That a run takes ropes as limp whose bending stiffness is stated."""
+    stiff = max((rope.bending_stiffness or 0.0 for rope in ropes), default=0.0)
+    said = f"ropes bend freely: their bending stiffness of up to {stiff:.4g} N m^2 is left out"
+    return (said,) if stiff else ()
+
+
 LARGE_MOTION = 0.02
 """Motion of a span's end, relative to its length, above which fixed directions are doubtful."""
 

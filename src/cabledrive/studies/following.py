@@ -22,7 +22,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.keys import quantity_of, varied_together
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 if TYPE_CHECKING:
     import xarray as xr

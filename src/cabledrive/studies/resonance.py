@@ -13,7 +13,8 @@ from cabledrive.modal.tuning import pulley_mode, span_frequency, tuned_pretensio
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
-from cabledrive.parameters.route.drive import Machine, RoutedDrive, refuse_route, require_two_pulleys
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
@@ -71,7 +72,7 @@ def resonance(
     """
     if isinstance(drive, RoutedDrive):
         if load_torque:
-            refuse_route("`resonance` under a load torque")
+            require_two_pulleys(drive, "`resonance` under a load torque")
         return route_resonance(drive, torque=torque)
     motor = motor_condition(require_two_pulleys(drive, "`resonance`"))
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None

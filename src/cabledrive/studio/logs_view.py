@@ -15,7 +15,7 @@ from cabledrive.identification.logs.log import ColumnMap, recognise, with_choice
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.drive import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.quality import distributed_response
 from cabledrive.studio import guard as pages
 from cabledrive.studio.jobs import Job

@@ -18,7 +18,8 @@ from cabledrive.modal import modes
 from cabledrive.modal.lowest import derived_with_lowest, how_held
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import InputRefused, NotComputed, packaged_drives
-from cabledrive.parameters.route.drive import Machine, RoutedDrive, require_two_pulleys
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, TypeAlias
 
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import Drive
@@ -28,24 +28,6 @@ ONLY_TWO_PULLEYS = frozenset(
     | {"carriage_number", "moving_with"}
 )
 """What a drive of kind "loop" or "line" has and a machine with routes has not."""
-
-
-def refuse_route(what: str = "this calculation") -> NoReturn:
-    """Refuse a machine of kind "route" where only two pulleys are known."""
-    raise InputRefused(
-        f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map, '
-        "resonance, report, simulate, response, track, compare, study and export take routes"
-    )
-
-
-def require_two_pulleys(drive: Any, what: str) -> Any:
-    """The drive; a machine with routes is refused at a door that knows two pulleys only, named ``what``."""
-    from cabledrive.parameters.route.two_pulleys import require_own_spans
-
-    if isinstance(drive, RoutedDrive):
-        refuse_route(what)
-    require_own_spans(drive, what)
-    return drive
 
 
 @described
@@ -85,7 +67,9 @@ class RoutedDrive(MachineBase):
 
     def __getattr__(self, name: str) -> Any:
         if name in ONLY_TWO_PULLEYS:
-            refuse_route()
+            from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+
+            require_two_pulleys(self, "this calculation")
         raise AttributeError(name)
 
     @cached_property

@@ -1,10 +1,11 @@
 """A loop round two pulleys as a machine with routes, and an axis of a route as such a loop."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from cabledrive.parameters.cable import Rope
+from cabledrive.parameters.cable import RIGIDITY, Rope
 from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive_parts import Motor
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import (
@@ -16,18 +17,6 @@ from cabledrive.parameters.route.parts import (
 )
 
 NAMES = ("drive pulley", "load pulley")
-_ROPE = ("mass_per_length", "pretension", "transverse_damping", "axial_damping", "strength", "tooth_pitch")
-_PULLEY = ("radius", "inertia", "viscous_friction", "coulomb_friction", "fixed", "capstan_friction")
-_MOTOR = (
-    "inertia",
-    "joint_stiffness",
-    "joint_damping",
-    "viscous_friction",
-    "coulomb_friction",
-    "torque_limit",
-    "speed_limit",
-    "holding_stiffness",
-)
 
 
 def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
@@ -45,7 +34,7 @@ def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
         RoutedPulley(
             name=name,
             at=(i * drive.pulley_distance, 0.0),
-            **{key: getattr(part, key) for key in _PULLEY}
+            **_alike(RoutedPulley, part)
             | ({"inertia": 0.0} if turned[i] and (i == 1 or drive.motor is None) else {}),
         )
         for i, (name, part) in enumerate(zip(NAMES, parts, strict=True))
@@ -53,22 +42,19 @@ def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
     motors = []
     for name, part, turns in zip(NAMES, parts, turned, strict=True):
         if turns and name == NAMES[0] and drive.motor is not None:
-            own = {key: getattr(drive.motor, key) for key in _MOTOR}
-            motors.append(RoutedMotor(pulley=name, **own))
+            motors.append(RoutedMotor(pulley=name, **_alike(Motor, drive.motor)))
         elif turns:  # what gives its torque has the pulley's own inertia
             motors.append(RoutedMotor(pulley=name, inertia=part.inertia))
-    rope = {key: getattr(drive.cable, key) for key in _ROPE}
+    rigidity = dict.fromkeys(RIGIDITY) | {"given_rigidity": drive.cable.axial_rigidity}
     return RoutedDrive(
         name=drive.name,
         title=drive.title,
-        cable=Rope(given_rigidity=drive.cable.axial_rigidity, **rope),
-        layout=RouteLayout(gravity=drive.layout.gravity, inclination=drive.layout.inclination),
+        cable=Rope(**_alike(Rope, drive.cable) | rigidity),
+        layout=RouteLayout(**_alike(RouteLayout, drive.layout)),
         pulley=pulleys,
         carriage=tuple(
-            RoutedCarriage(
-                name=own.name,
-                mass=own.mass,
-                guided=own.guided,
+            replace(
+                RoutedCarriage(**_alike(RoutedCarriage, own)),
                 position=own.position * (1.0 + drive.cable.prestrain)
                 + (drive.pulley_distance if own.span == "lower" else 0.0),
             )
@@ -77,6 +63,11 @@ def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
         motor=tuple(motors),
         route=(Route(name="cable", path=tuple(f"-{name}" for name in NAMES), closed=drive.kind == "loop"),),
     )
+
+
+def _alike(table: type[Any], part: Any) -> dict[str, Any]:
+    """What a part of a loop says under the keys of a table of a machine with routes."""
+    return {own.name: getattr(part, own.name) for own in fields(table) if hasattr(part, own.name)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,8 +84,14 @@ class AxisDrive(Drive):
     words: dict[str, Any] = field(compare=False)  # how the chain was found, for results
 
 
-def require_own_spans(drive: object, what: str) -> None:
-    """Refuse an axis of a machine with routes where the spans themselves are needed; ``what``: by whom."""
+def require_two_pulleys(drive: Any, what: str) -> Any:
+    """The drive; refused if it has not the spans of two pulleys that ``what`` needs."""
+    if isinstance(drive, RoutedDrive):
+        raise InputRefused(
+            f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map, '
+            "resonance, report, simulate, response, track, compare, study and export take routes"
+        )
     if isinstance(drive, AxisDrive):
         said = f'kind = "route": {what} needs the spans, and the axis of {drive.load} is a lumped chain'
         raise InputRefused(f"{said}: take a lumped plant")
+    return drive

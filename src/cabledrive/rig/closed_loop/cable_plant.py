@@ -11,7 +11,7 @@ from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.two_pulleys import require_own_spans
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.closed_loop.chain_kernels import (
@@ -163,7 +163,7 @@ def cable_plant(
     drive: Drive, chain: LumpedChain, interval: float, options: RigOptions, *, measured: bool = True
 ) -> CablePlant:
     """Make the cable of a drive ready at rest; ``measured``: its EA and damping are those of ``[lumped]``."""
-    require_own_spans(drive, "the distributed cable as plant")
+    require_two_pulleys(drive, "the distributed cable as plant")
     if options.jitter > 0.0:
         raise InputRefused(
             f"jitter = {options.jitter:.4g} s is not followed with the distributed cable, whose steps divide "
