@@ -130,6 +130,12 @@ def larger_load(share):
     )
 
 
+def bent(factor):
+    """A hinged beam under 7 N: pi^2 EI / (2 T L^2) is 1e-4 at the bound."""
+    stiffness = factor * 2e-4 / pi**2 * 7.0 * QUIET.span_length**2
+    return changed(cable={"bending_stiffness": stiffness})
+
+
 CROSSINGS = [
     (limited, 0.5599, 0.5601, "the slack torque 2 r1 T0"),
     (partial(limited, kind="line"), 0.2799, 0.2801, "the slack torque r1 T0"),
@@ -156,6 +162,9 @@ CROSSINGS = [
     (larger_load, 0.99, 1.01, "of pulley.1, which slips"),
     (held_upright, 0.99, 1.01, "a span hangs slack at rest"),
     (sampled, 10.1, 9.9, "sensors.sample_rate"),
+    (lambda strength: changed(cable={"strength": strength}), 21.1, 20.9, "safety factor"),
+    (lambda radius: changed(cable={"least_radius": radius}), 0.0399, 0.0401, "smallest radius"),
+    (bent, 0.99, 1.01, "limp cable"),
 ]
 
 

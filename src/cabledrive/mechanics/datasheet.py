@@ -11,12 +11,13 @@ import numpy as np
 from cabledrive.answers.figures import figure, rounded
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
+from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys
 
 
 def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
@@ -222,13 +223,15 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
-    if isinstance(drive, RoutedDrive):
-        from cabledrive.mechanics.network.span_table import route_warnings  # loops do not wait for it
+    from cabledrive.mechanics.network.span_table import route_warnings, worn  # modes do not wait for it
 
+    if isinstance(drive, RoutedDrive):
         return route_warnings(drive)
-    sheet = derived_quantities(drive)
+    sheet, machine = derived_quantities(drive), as_machine(drive)
     checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _motor, _goal_and_sampling)
-    return tuple(line for check in checks for line in check(drive, sheet))
+    lines = [line for check in checks for line in check(drive, sheet)]
+    rated = (drive.cable.strength, drive.cable.least_radius) != (None, None)
+    return (*lines, *(worn(machine, statics_of(machine)) if rated else ()))
 
 
 def warnings_of_rest(drive: Drive) -> tuple[str, ...]:

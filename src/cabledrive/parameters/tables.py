@@ -60,11 +60,6 @@ OTHER_WORDS = {
 """Words of data sheets that are no keys, each with the key that says it."""
 
 
-def kind_of_machine(drive: Machine) -> type:
-    """Which of the two kinds of file a machine is written in."""
-    return RoutedDrive if isinstance(drive, RoutedDrive) else Drive
-
-
 def drive_from_tables(data: dict[str, Any]) -> Any:
     """Build a drive or a machine with routes from the tables, numbers (SI) and text of its file.
 
@@ -173,7 +168,7 @@ def tables_from_drive(drive: Machine, *, words: bool = True) -> dict[str, Any]:
         for key in HEAD
         if (words or key not in WORDS) and (key == "name" or getattr(drive, key) != "")
     }
-    machine = kind_of_machine(drive)
+    machine = RoutedDrive if isinstance(drive, RoutedDrive) else Drive
     fields = _fields_by_key(machine)
     for key in TABLES[machine]:
         table = getattr(drive, key)

@@ -125,14 +125,20 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
         *unheld_words(Motion(drive), statics),
         *_askew(drive),
         *_slipping(drive, statics),
-        *(
-            f"span {row['name']} has a safety factor of {row['safety_factor']:.3g} at rest"
-            for row in span_rows(drive, statics)
-            if row["safety_factor"] is not None and row["safety_factor"] < _LITTLE_SAFETY
-        ),
+        *worn(drive, statics),
         *_elastic(drive, statics),
         *_pretension(drive, statics),
     )
+
+
+def worn(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+    """Ropes near their strength at rest, and pulleys that bend them too much."""
+    for row in span_rows(drive, statics):
+        if row["safety_factor"] is not None and row["safety_factor"] < _LITTLE_SAFETY:
+            yield f"span {row['name']} has a safety factor of {row['safety_factor']:.3g} at rest"
+    for row in pulley_rows(drive, statics):
+        if row["bend_ratio"] is not None and row["bend_ratio"] < 1.0:
+            yield f"pulley {row['name']} bends the rope to {row['bend_ratio']:.2g} of its smallest radius"
 
 
 def _askew(drive: RoutedDrive) -> Iterator[str]:
@@ -161,8 +167,6 @@ def _slipping(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
         if have is not None and (need is None or need > have):
             shown = "more than any" if need is None else f"{need:.3g}"
             yield f"the rope slips on {row['name']}: friction {have:.3g}, needed {shown}"
-        if row["bend_ratio"] is not None and row["bend_ratio"] < 1.0:
-            yield f"pulley {row['name']} bends the rope to {row['bend_ratio']:.2g} of its smallest radius"
 
 
 def _elastic(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
