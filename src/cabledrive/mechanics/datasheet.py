@@ -11,7 +11,6 @@ import numpy as np
 from cabledrive.answers.figures import figure, rounded
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
-from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
@@ -227,11 +226,11 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
 
     if isinstance(drive, RoutedDrive):
         return route_warnings(drive)
-    sheet, machine = derived_quantities(drive), as_machine(drive)
+    sheet = derived_quantities(drive)
     checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _motor, _goal_and_sampling)
     lines = [line for check in checks for line in check(drive, sheet)]
     rated = (drive.cable.strength, drive.cable.least_radius) != (None, None)
-    return (*lines, *(worn(machine, statics_of(machine)) if rated else ()))
+    return (*lines, *(worn(as_machine(drive)) if rated else ()))
 
 
 def warnings_of_rest(drive: Drive) -> tuple[str, ...]:
