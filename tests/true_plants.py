@@ -146,7 +146,7 @@ def shaken(p, torque, interval, step):
 @njit_strict
 def followed(p, control, s, shown, step):
     """Largest error of the load under the law, at the first shaft; a runaway counts as 1e3."""
-    x, seen, rig, target = np.zeros(8), s.x, control.rig, control.target
+    x, seen, rig, target = np.zeros(8), s.work, control.rig, control.target
     steps = int(np.ceil(rig.interval / step - 1e-9))
     h = rig.interval / steps
     late = round(p[20] / h)
@@ -159,7 +159,7 @@ def followed(p, control, s, shown, step):
         for i in range(shown.size):
             seen[i] = x[shown[i]]
         seen[shown.size - 1] += p[19] * np.sin(x[2] + 0.4)
-        _, command, _ = decide(control, k, seen, s)
+        _, command, _ = decide(None, control, k, s)
         for i in range(steps):
             one_step(p, x, before if i < late else command, h)
         before = command

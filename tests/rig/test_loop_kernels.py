@@ -7,9 +7,9 @@ import cabledrive as cd
 from cabledrive.control.observers import FlankLaw
 from cabledrive.rig import Motion
 from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act
-from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, see_chain
+from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, PairNumbers
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest
-from cabledrive.rig.closed_loop.loop_kernels import PairNumbers, new_plant_state, plant_step, sense_pair
+from cabledrive.rig.closed_loop.loop_kernels import new_plant_state, plant_step, see_chain, sense_pair
 from cabledrive.rig.front_door import own_law
 from cabledrive.rig.laws.controllers import DesignSpec
 

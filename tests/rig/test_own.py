@@ -121,7 +121,8 @@ def test_the_loop_around_a_compiled_controller_is_that_sample_by_sample():
     np.testing.assert_allclose(found.log, plain.log, rtol=0.0, atol=1e-9)
     one = closed(compiled)
     state, log = loop_at_rest(one), np.zeros_like(plain.log)
-    assert run_own(one, 0, len(log), state, log) == len(log)  # what `run` takes where there is a compiler
+    # what `run` takes where there is a compiler
+    assert run_own(one, (0, len(log)), state, log) == len(log)
     np.testing.assert_allclose(log, plain.log, rtol=0.0, atol=1e-9)
 
 

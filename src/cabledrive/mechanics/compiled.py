@@ -35,7 +35,7 @@ def njit_in_place(function: F) -> F:
 
     References to arrays are then not counted, which takes more time than the arithmetic of a short kernel.
     """
-    return _compile(function, FAST_MATH, **_uncounted())
+    return _compile(function, FAST_MATH, **uncounted())
 
 
 def njit_part(function: F) -> F:
@@ -44,7 +44,7 @@ def njit_part(function: F) -> F:
     A call passes every array of a tuple by its seven numbers, which takes longer than a short part. Python
     may call it as well.
     """
-    return _compile(function, FAST_MATH, forceinline=True, **_uncounted())
+    return _compile(function, FAST_MATH, forceinline=True, **uncounted())
 
 
 def njit_strict(function: F) -> F:
@@ -85,7 +85,7 @@ def why_plain() -> str | None:
     return None if numba_at_hand() else "numba is not installed or is switched off"
 
 
-def _uncounted() -> dict[str, bool]:
+def uncounted() -> dict[str, bool]:
     """Option that switches the counting of references off, where this version of numba has it."""
     if not numba_at_hand():
         return {}
@@ -105,7 +105,8 @@ def _compile(function: F, fast_math: Any, **options: Any) -> F:
     options |= {"no_cpython_wrapper": inside, "no_cfunc_wrapper": True}
     options["forceinline"] = inside or options.get("forceinline", False)
     compiled: Any = numba.njit(**options)(function)
-    folder = _cache_folder(Path(function.__code__.co_filename), config.CACHE_DIR)
+    module = getattr(function, "sources", function.__code__.co_filename)
+    folder = _cache_folder(Path(module), config.CACHE_DIR)
     if folder:
         from cabledrive.mechanics.kernel_cache import KernelCache
 

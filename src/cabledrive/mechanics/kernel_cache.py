@@ -120,7 +120,10 @@ class KernelCache(FunctionCache):
                 _drop(lock)
 
     def _whole_key(self, sig: Any, codegen: Any) -> Any:
-        return numba.__version__, self._folder.name, self._stem, self._index_key(sig, codegen)
+        # Kernels of a closure are other objects in each process, under the same names.
+        cells = (cell.cell_contents for cell in self._py_func.__closure__ or ())
+        code = self._py_func.__code__.co_code, *(f"{one.__module__}.{one.__qualname__}" for one in cells)
+        return numba.__version__, self._folder.name, self._stem, sig, codegen.magic_tuple(), code
 
     def _place(self, key: Any) -> Path:
         """Named by the key's words; two keys that differ in an address alone take turns in one file."""

@@ -64,11 +64,6 @@ class Pair:
     tuned_pretension: float | None  # pretension that makes the ratio one half [N]
     reason: str = ""  # why there is none
 
-    @property
-    def detuning(self) -> float:
-        """Ratio minus one half."""
-        return self.ratio - 0.5
-
 
 @lru_cache(maxsize=8)  # a resonance asks for that of one drive several times
 def pulley_mode(drive: Drive) -> PulleyMode:
@@ -170,13 +165,9 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
 
 def section_frequencies(chain: LabelledChain, numbers: int) -> list[float]:
     """Lowest transverse frequencies of one section [rad/s]."""
-    return [2 * pi * mode.frequency for mode in section_modes(chain, numbers)]
-
-
-def section_modes(chain: LabelledChain, numbers: int) -> list[Mode]:
-    """Lowest transverse modes of one section."""
     spectrum = Spectrum(network_of_chain(chain, ACROSS))
-    return spectrum.first({TRANSVERSE: numbers}, distinct=False)[TRANSVERSE][0][:numbers]
+    found = spectrum.first({TRANSVERSE: numbers}, distinct=False)[TRANSVERSE][0][:numbers]
+    return [2 * pi * mode.frequency for mode in found]
 
 
 def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:

@@ -14,7 +14,7 @@ from cabledrive.parameters.units import to_si
 from cabledrive.trajectories import Trajectory, pulse
 
 DEGREE = pi / 180.0
-CABLE = "cable"
+CABLE, SHAFTS = "cable", ("motor", "drive", "load")
 DISSERTATION_ORDER = 9
 PAYLOAD_RANGE = (0.5, 3.0)
 
@@ -285,9 +285,6 @@ def stepped_in(
         last = samples if step.end >= samples * interval else round(step.end / interval)
         found[round(step.start / interval) : last, names.index(step.on)] += step.torque
     return found
-
-
-SHAFTS = ("motor", "drive", "load")
 
 
 def parse_disturbance(words: str) -> Disturbance:

@@ -17,13 +17,11 @@ from cabledrive.reduction.quality import with_measured_stiffness
 from cabledrive.rig.closed_loop.chain_kernels import (
     DIVERGED,
     WENT_SLACK,
-    Control,
     LoopState,
     RigNumbers,
     decide,
-    farthest,
-    finish_sample,
 )
+from cabledrive.rig.closed_loop.loop_kernels import loop_over
 from cabledrive.rig.setting import RigOptions, current_rate
 from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import Case, case_of
@@ -93,9 +91,10 @@ def cable_ends(c: CableRun, gone: float, s: LoopState) -> int:
     """
     x, n, cable, score, far = s.x, c.numbers.shafts, c.cable, s.summary, c.plan.nodes[0, 1]
     for shaft in range(n):
-        k = 2 if shaft < n - 2 else shaft - n + 2
-        x[shaft] = cable.q[k] / c.numbers.radius - c.numbers.zeros[shaft]
-        x[n + shaft] = cable.q_t[k] / c.numbers.radius
+        rim = 2 if shaft < n - 2 else shaft - n + 2
+        x[shaft] = cable.q[rim] / c.numbers.radius - c.numbers.zeros[shaft]
+        x[n + shaft] = cable.q_t[rim] / c.numbers.radius
+    s.discrete[0] = x[n] != 0.0
     if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
         return DIVERGED
     u = cable.x
@@ -132,21 +131,7 @@ def move_cable(c: CableRun, rig: RigNumbers, k: int, s: LoopState) -> int:
     return WENT_SLACK if code == 1 else DIVERGED
 
 
-@njit_in_place
-def run_cable(c: CableRun, control: Control, first: int, last: int, s: LoopState, log: Array) -> int:
-    """Run samples ``first`` to ``last`` - 1; returns the sample at which the run ended."""
-    x, n, gone, rig = s.x, c.numbers.shafts, farthest(control.target), control.rig
-    for k in range(first, last):
-        s.discrete[1] = cable_ends(c, gone, s)
-        if s.discrete[1] != 0:
-            return k
-        issued = decide(control, k, x, s)
-        s.discrete[0] = x[n] != 0.0
-        finish_sample(control, k, s, log, x[: 2 * n + 1], issued)
-        s.discrete[1] = move_cable(c, rig, k, s)
-        if s.discrete[1] != 0:
-            return k + 1
-    return last
+run_cable = njit_in_place(loop_over(cable_ends, decide, move_cable))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

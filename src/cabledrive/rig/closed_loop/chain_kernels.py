@@ -7,13 +7,14 @@ momentum it gives is exact.
 """
 
 from math import exp, isfinite, nan, sin, tanh
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.numbers import ControllerState, LawNumbers, ObserverNumbers
+from cabledrive.control.observers import FlankLaw
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.parameters.arrays import Array
 
@@ -49,24 +50,45 @@ class RigNumbers(NamedTuple):
     dropout: Integers
 
 
+class PairNumbers(NamedTuple):
+    """Law and sensors of a pair; ``start``: half the angle between the motors when switched on [rad].
+
+    ``record``, shape (samples or 0, 6), takes torques of both flanks, of both motors, of both flanks as
+    observed.
+    """
+
+    law: FlankLaw
+    phase: float
+    start: float
+    joint: Integers
+    record: Array
+
+
 class Control(NamedTuple):
-    """What runs a plant: filter and law, sensors and limits, what the law follows, the wanted load angle."""
+    """What runs a plant: filter and law, sensors and limits, what the law follows, the wanted load angle.
+
+    ``gone``: load angle beyond which the plant has run away [rad]; ``pair``: of two motors.
+    """
 
     observer: ObserverNumbers
     law: LawNumbers
     rig: RigNumbers
     reference: Array
     target: Array
+    gone: float
+    pair: PairNumbers
 
 
 class LoopState(NamedTuple):
     """Everything that moves, and scratch; arrays, so that a run can go on where another ended.
 
-    ``x``: angles, speeds and shaft torque, then whatever else the plant keeps. ``discrete``: slip, and why
+    ``x``: angles, speeds and shaft torque, then whatever else the plant keeps. ``shafts``: the first of these
+    at a sample, two motors as one, and ``work`` as the encoders see them. ``discrete``: slip, and why
     the run ended (`DIVERGED`, `WENT_SLACK`; 0: it did not). ``controller``: what the controller keeps.
     """
 
     x: Array
+    shafts: Array
     discrete: Integers
     controller: ControllerState
     readings: Array
@@ -99,15 +121,12 @@ def _put(row: Array, start: int, values: Array) -> int:
 
 @njit_part
 def finish_sample(
-    c: Control, k: int, s: LoopState, log: Array, shafts: Array, issued: tuple[float, float, float]
+    rig: RigNumbers, target: float, k: int, s: LoopState, log: Array, issued: tuple[float, float, float]
 ) -> None:
-    """Score and log of a sample: command wanted, limited command, sigma; ``shafts``: angles, speeds, torque.
-
-    The score is that of `SUMMARY`.
-    """
-    counts, phases, score = c.rig.counts, c.rig.phases, s.summary
-    error, (wanted, command, sigma) = shafts[shafts.size // 2 - 1] - c.target[k], issued
-    part = 1 if k < c.rig.first_end else 2
+    """Score and log of a sample: command wanted, limited command, sigma; the score is that of `SUMMARY`."""
+    counts, phases, score, shafts = rig.counts, rig.phases, s.summary, s.shafts
+    error, (wanted, command, sigma) = shafts[shafts.size // 2 - 1] - target, issued
+    part = 1 if k < rig.first_end else 2
     score[0] = max(score[0], abs(error))
     score[part] = max(score[part], abs(error))
     score[3] += error * error
@@ -122,21 +141,21 @@ def finish_sample(
 
 
 @njit_part
-def sense(observer: ObserverNumbers, rig: RigNumbers, k: int, x: Array, s: LoopState) -> None:
-    """Read the encoders at angles (and speeds) ``x``; ideal sensors and lost readings go into the states."""
-    read_encoders(rig, x, k, s.readings)
+def sense(observer: ObserverNumbers, rig: RigNumbers, k: int, s: LoopState) -> None:
+    """Read the encoders at a sample; ideal sensors and lost readings go into the states."""
+    read_encoders(rig, s.work, k, s.readings)
     if observer.kind == 0:
         seen, states = True, s.controller.states
         for j in range(s.readings.size):
             seen = seen and isfinite(s.readings[j])
         for i in range(states.size):
-            states[i] = x[observer.chosen[i]] if seen else nan
+            states[i] = s.work[observer.chosen[i]] if seen else nan
 
 
 @njit_part
-def decide(c: Control, k: int, x: Array, s: LoopState) -> tuple[float, float, float]:
+def decide(machine: Any, c: Control, k: int, s: LoopState) -> tuple[float, float, float]:
     """Command wanted, limited command and sigma of one sample; without states the last command is kept."""
-    sense(c.observer, c.rig, k, x, s)
+    sense(c.observer, c.rig, k, s)
     wanted, command, sigma, valid = controller_step(
         c.observer, c.law, c.rig.torque_limit, s.controller, s.readings, c.reference, k
     )
@@ -145,17 +164,8 @@ def decide(c: Control, k: int, x: Array, s: LoopState) -> tuple[float, float, fl
     return wanted, command, sigma
 
 
-@njit_in_place
-def farthest(target: Array) -> float:
-    """Load angle beyond which the plant has run away: ten times what is wanted, and 10 rad [rad]."""
-    largest = 0.0
-    for k in range(target.size):
-        largest = max(largest, abs(target[k]))
-    return 10.0 * (1.0 + largest)
-
-
-# Rows of scratch: speeds in a step, after it, torques, what encoders and log see, torques of the motors.
-SPEED, AFTER, TORQUE, VIEW, DRIVE = range(5)
+# Rows of scratch: speeds in a step, after it, torques, torques of the motors.
+SPEED, AFTER, TORQUE, DRIVE = range(4)
 # What a pair keeps, counted from the end of 2n + 1 states: torques of both flanks, the least of each, open.
 FLANKS, LEAST, OPENED, MEMORY = 3, 5, 7, 8
 
@@ -322,49 +332,3 @@ def move(
                 kept[LEAST + j] = min(kept[LEAST + j], kept[FLANKS + j])
                 if kept[FLANKS + j] <= 0.0:
                     kept[OPENED] = 1.0
-
-
-@njit_part
-def move_chain(p: ChainPlant, rig: RigNumbers, k: int, s: LoopState, older: float, newer: float) -> None:
-    """Move the chain to the next sample, the older command first as long as the delay lasts."""
-    span, commands, late = rig.interval, s.controller.commands, rig.late_part
-    if rig.jitter.size > 0:
-        span += rig.jitter[k + 1] - rig.jitter[k]
-    motor, load, begin = rig.forces[k, 0], rig.forces[k, 1], k * rig.interval
-    # The field of a stepper turns on between samples; a torque is held.
-    turning = (commands[1] - commands[0]) / rig.interval if p.field > 0.0 else 0.0
-    first = commands[0] + turning * (rig.interval - late)
-    move(p, s, first, turning, older, motor, load, begin, late)
-    move(p, s, commands[1], turning, newer, motor, load, begin + late, span - late)
-
-
-@njit_part
-def see_chain(p: ChainPlant, gone: float, s: LoopState) -> int:
-    """Look at the chain, two motors as one at their mean angle; why the run ends here, 0 where it goes on."""
-    x, seen, n, more = s.x, s.terms[VIEW], p.inertia.size, p.motors - 1
-    size = n - more
-    for i in range(size):
-        seen[i], seen[size + i] = x[i + more], x[n + i + more]
-    seen[2 * size] = x[2 * n]
-    if more > 0:
-        seen[0], seen[size] = 0.5 * (x[0] + x[1]), 0.5 * (x[n] + x[n + 1])
-        seen[2 * size] = x[2 * n] + x[2 * n + 1]
-        s.summary[10] += x[2 * n - 1 + OPENED]
-        x[2 * n - 1 + OPENED] = 0.0
-    for i in range(2 * size + 1):
-        s.work[i] = seen[i]
-    if p.eccentricity > 0.0:
-        s.work[size - 1] += p.eccentricity * sin(p.turning * seen[size - 1] + p.phases[2])
-    s.discrete[0] = 0 if seen[size] == 0.0 else 1
-    twist = 0.0
-    if p.stiffness.size > more:
-        last = p.stiffness.size - 1
-        twist = abs(seen[size - 2] - seen[size - 1])
-        s.summary[7] = max(s.summary[7], twist)
-        if twist > p.slack[last]:
-            s.summary[9] += 1.0
-        if more == 0 and p.play[0] > 0.0 and abs(x[0] - x[1]) < p.play[0]:
-            s.summary[10] += 1.0
-    if not isfinite(seen[size - 1]) or abs(seen[size - 1]) > gone:
-        return DIVERGED
-    return WENT_SLACK if twist > p.twist_limit else 0

@@ -11,8 +11,7 @@ from cabledrive.control.observers import FlankLaw, KalmanTuning, Sampling, first
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
-from cabledrive.rig.closed_loop.chain_kernels import FLANKS, LEAST, MEMORY, ChainPlant
-from cabledrive.rig.closed_loop.loop_kernels import PairNumbers
+from cabledrive.rig.closed_loop.chain_kernels import FLANKS, LEAST, MEMORY, ChainPlant, PairNumbers
 from cabledrive.rig.setting import RigOptions
 
 PER_RADIAN, SLOPE = 12.0, 50.0
@@ -224,15 +223,13 @@ def pair_plant(pair: Pair, plant: ChainPlant, interval: float) -> ChainPlant:
     return in_steps(made, interval, INTERNAL_STEPS)
 
 
-def pair_numbers(
-    pair: Pair | None, plant: ChainPlant, samples: int, observer: ObserverNumbers
-) -> PairNumbers:
-    """Law and sensors, with a record of so many samples; ``plant``: of the pair; None: one motor."""
+def pair_numbers(pair: Pair | None, plant: ChainPlant, observer: ObserverNumbers) -> PairNumbers:
+    """Law and sensors, without a record; ``plant``: of the pair; None: one motor."""
     if pair is None:  # what is not there is zero, its observer any
         law = FlankLaw(observer, *np.zeros(8).tolist())
         return PairNumbers(law, 0.0, 0.0, np.zeros(2, dtype=np.int64), np.zeros((0, 6)))
     start = 0.5 * float(_turned(pair, plant).sum())
-    return PairNumbers(pair.law, pair.phase, start, np.array(pair.joint), np.zeros((samples, 6)))
+    return PairNumbers(pair.law, pair.phase, start, np.array(pair.joint), np.zeros((0, 6)))
 
 
 def pair_at_rest(pair: Pair, plant: ChainPlant, late_samples: int) -> Array:

@@ -65,8 +65,9 @@ class Loop:
     @property
     def control(self) -> Control:
         """What runs the plant, as the compiled loops take it."""
-        made = self.controller
-        return Control(self.observer, made.law, self.rig, made.reference, self.target)
+        made, gone = self.controller, 10.0 * (1.0 + float(np.abs(self.target).max(initial=0.0)))
+        pair = pair_numbers(self.pair, self.driven, self.observer)
+        return Control(self.observer, made.law, self.rig, made.reference, self.target, gone, pair)
 
     @property
     def backlash(self) -> float:
@@ -191,7 +192,8 @@ def _dropout(options: setting.RigOptions, interval: float, names: tuple[str, ...
 
 def loop_at_rest(loop: Loop) -> LoopState:
     """State in which a run begins."""
-    start, made = np.zeros(2 * loop.chain.size + 1), loop.controller
+    seen, made = 2 * loop.chain.size + 1, loop.controller
+    start, lumped = np.zeros(seen), loop.cable is None and loop.own_plant is None
     if loop.cable is not None:
         start = np.concatenate((start, loop.cable.start))
     if loop.own_plant is not None:
@@ -201,12 +203,13 @@ def loop_at_rest(loop: Loop) -> LoopState:
     memory = np.array(() if made.own is None else made.own.initial_state, dtype=np.float64)
     count, late = len(loop.rig.encoders), loop.rig.late_samples
     return LoopState(
-        x=np.array(start),
+        x=start,
+        shafts=np.zeros(seen) if lumped else start[:seen],  # other plants keep them up to date
         discrete=np.zeros(2, dtype=np.int64),
         controller=new_controller_state(loop.observer, made.law, count, late, made.start, memory),
         readings=np.zeros(count),
-        terms=np.zeros((5, len(start))),
-        work=np.zeros(len(start)),
+        terms=np.zeros((4, len(start))),
+        work=np.zeros(len(start)) if lumped else start,
         summary=np.zeros(len(SUMMARY)),
     )
 
@@ -221,19 +224,24 @@ def run(
     # States, readings, command, slip, sigma, estimates, regressor, states of the law.
     width = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)
     kept = np.zeros((samples if log else 0, width))
-    made, cable, plain = loop.control, loop.cable, why_plain()
-    tensions, borne = np.zeros((0 if cable is None else len(kept), 2)), None
+    plain, tensions, borne = why_plain(), np.zeros((len(kept), 2)), np.zeros((len(kept), 6))
+    cable = None if loop.cable is None else cable_run(loop.cable, state, tensions)
+    made, span = loop.control, (first, end)
+    made = made._replace(pair=made.pair._replace(record=borne))
     if controller.own is not None or loop.own_plant is not None:
-        ended, plain = run_users(loop, (first, end), state, kept, tensions)
+        ended, plain = run_users(loop, cable or loop.plant, made, span, state, kept)
     elif cable is not None:
-        ended = int(run_cable(cable_run(cable, state, tensions), made, first, end, state, kept))
+        ended = int(run_cable(cable, made, span, state, kept))
     else:
-        plant = loop.driven
-        pair = pair_numbers(loop.pair, plant, len(kept), loop.observer)
-        ended = int(run_loop(plant, pair, made, (first, end), state, kept))
-        borne = None if loop.pair is None else pair.record
-    taken = None if cable is None else tensions
-    return Run(ended=ended, state=state, log=kept, tensions=taken, flanks=borne, interpreted=plain)
+        ended = int(run_loop(loop.driven, made, span, state, kept))
+    return Run(
+        ended=ended,
+        state=state,
+        log=kept,
+        tensions=None if cable is None else tensions,
+        flanks=None if loop.pair is None else borne,
+        interpreted=plain,
+    )
 
 
 def with_plant(loop: Loop, chain: LumpedChain, play: float | None = None) -> Loop:

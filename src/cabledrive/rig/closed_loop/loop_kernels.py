@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import lru_cache
-from math import isfinite, nan, pi
+from math import isfinite, nan, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,43 +17,29 @@ from cabledrive.control.controller_kernels import (
     target_step,
 )
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
-from cabledrive.control.observers import COMMANDS, FlankLaw, preload_step
+from cabledrive.control.observers import COMMANDS, preload_step
 from cabledrive.control.reference import ReferenceNumbers
-from cabledrive.mechanics.compiled import njit_in_place, njit_part
+from cabledrive.mechanics.compiled import njit_in_place, njit_part, uncounted
 from cabledrive.parameters.arrays import Array
 from cabledrive.rig.closed_loop.chain_kernels import (
+    DIVERGED,
     FLANKS,
     MEMORY,
+    OPENED,
     TORQUE,
-    VIEW,
+    WENT_SLACK,
     ChainPlant,
     Control,
     Integers,
     LoopState,
+    PairNumbers,
     RigNumbers,
     counted,
-    farthest,
     finish_sample,
     move,
-    move_chain,
     read_encoders,
-    see_chain,
     sense,
 )
-
-
-class PairNumbers(NamedTuple):
-    """Law and sensors of a pair; ``start``: half the angle between the motors when switched on [rad].
-
-    ``record``, shape (samples or 0, 6), takes torques of both flanks, of both motors, of both flanks as
-    observed.
-    """
-
-    law: FlankLaw
-    phase: float
-    start: float
-    joint: Integers
-    record: Array
 
 
 @njit_part
@@ -90,104 +76,145 @@ def part_command(
             record[k, 2 + i] = 0.5 * command + (1.0 - 2.0 * i) * apart
 
 
-@njit_in_place
-def run_loop(
-    plant: ChainPlant, pair: PairNumbers, control: Control, span: tuple[int, int], s: LoopState, log: Array
-) -> int:
-    """Run the samples of a span, its end not among them; returns the sample at which the run ended.
-
-    ``log`` has a row per sample, or none at all: true angles and speeds, shaft
-    torque, readings, limited command, slip, sigma, estimates (12), regressor (12), states of the law.
-    """
-    gone, two, pressed, older, newer = farthest(control.target), plant.motors > 1, 0.0, 0.0, 0.0
-    observer, rig = control.observer, control.rig
-    size = plant.inertia.size - plant.motors + 1
-    on_its_way = s.x[2 * plant.inertia.size - 1 + MEMORY + COMMANDS :] if two else s.x[:0]
-    for k in range(span[0], span[1]):
-        s.discrete[1] = see_chain(plant, gone, s)
-        if s.discrete[1] != 0:
-            return k
-        sense(observer, rig, k, s.work, s)
-        if two:
-            pressed = sense_pair(pair, rig, s)
-        wanted, command, sigma, valid = controller_step(
-            observer, control.law, rig.torque_limit, s.controller, s.readings, control.reference, k
-        )
-        s.summary[6] += not valid
-        if two:
-            part_command(pair, plant, pressed, command, k, s)
-            older, newer = on_its_way[0], on_its_way[1]
-        if plant.field > 0.0:  # the command is an angle: the torque is scored, and lost steps
-            lag = abs(plant.field_periods * (command - s.x[0]))
-            command = s.x[2 * size]
-            wanted = command + (1.0 if lag > 0.5 * pi else 0.0)
-        seen = s.terms[VIEW, : 2 * size + 1]
-        finish_sample(control, k, s, log, seen, (wanted, command, sigma))
-        move_chain(plant, rig, k, s, older, newer)
-    return span[1]
+@njit_part
+def see_chain(p: ChainPlant, gone: float, s: LoopState) -> int:
+    """Look at the chain, two motors as one at their mean angle; why the run ends here, 0 where it goes on."""
+    x, seen, n, more = s.x, s.shafts, p.inertia.size, p.motors - 1
+    size = n - more
+    for i in range(size):
+        seen[i], seen[size + i] = x[i + more], x[n + i + more]
+    seen[2 * size] = x[2 * n]
+    if more > 0:
+        seen[0], seen[size] = 0.5 * (x[0] + x[1]), 0.5 * (x[n] + x[n + 1])
+        seen[2 * size] = x[2 * n] + x[2 * n + 1]
+        s.summary[10] += x[2 * n - 1 + OPENED]
+        x[2 * n - 1 + OPENED] = 0.0
+    for i in range(2 * size + 1):
+        s.work[i] = seen[i]
+    if p.eccentricity > 0.0:
+        s.work[size - 1] += p.eccentricity * sin(p.turning * seen[size - 1] + p.phases[2])
+    s.discrete[0] = 0 if seen[size] == 0.0 else 1
+    twist = 0.0
+    if p.stiffness.size > more:
+        last = p.stiffness.size - 1
+        twist = abs(seen[size - 2] - seen[size - 1])
+        s.summary[7] = max(s.summary[7], twist)
+        if twist > p.slack[last]:
+            s.summary[9] += 1.0
+        if more == 0 and p.play[0] > 0.0 and abs(x[0] - x[1]) < p.play[0]:
+            s.summary[10] += 1.0
+    if not isfinite(seen[size - 1]) or abs(seen[size - 1]) > gone:
+        return DIVERGED
+    return WENT_SLACK if twist > p.twist_limit else 0
 
 
-NOT_FINITE = 9
-"""Why a run ended: the command or the state of the user's controller is not finite, or of another size."""
+@njit_part
+def move_chain(p: ChainPlant, rig: RigNumbers, k: int, s: LoopState) -> int:
+    """Move the chain to the next sample, the older command first as long as the delay lasts."""
+    span, commands, late, older, newer = rig.interval, s.controller.commands, rig.late_part, 0.0, 0.0
+    if p.motors > 1:  # what the first motor gets more is on its way, too
+        on_its_way = s.x[2 * p.inertia.size - 1 + MEMORY + COMMANDS :]
+        older, newer = on_its_way[0], on_its_way[1]
+    if rig.jitter.size > 0:
+        span += rig.jitter[k + 1] - rig.jitter[k]
+    motor, load, begin = rig.forces[k, 0], rig.forces[k, 1], k * rig.interval
+    # The field of a stepper turns on between samples; a torque is held.
+    turning = (commands[1] - commands[0]) / rig.interval if p.field > 0.0 else 0.0
+    first = commands[0] + turning * (rig.interval - late)
+    move(p, s, first, turning, older, motor, load, begin, late)
+    move(p, s, commands[1], turning, newer, motor, load, begin + late, span - late)
+    return 0
 
 
-HELD = -1
-"""No end: a reading is missing, and the last command is held."""
-
-
-@njit_in_place
-def before_step(plant: ChainPlant, c: Control, k: int, gone: float, s: LoopState) -> int:
-    """A sample up to the user's step: why the run ends here, `HELD` where a reading is missing, else 0."""
-    code = see_chain(plant, gone, s)
-    if code != 0:
-        return code
-    sense(c.observer, c.rig, k, s.work, s)
-    seen = observe(c.observer, s.controller, s.readings)
-    for j in range(s.readings.size):
-        seen = seen and isfinite(s.readings[j])
-    return 0 if seen else HELD
-
-
-@njit_in_place
-def after_step(plant: ChainPlant, c: Control, k: int, torque: float, s: LoopState, log: Array) -> None:
-    """A sample from the user's torque on, NaN where there is none: limit, filter, score, log, plant."""
-    valid = isfinite(torque)
+@njit_part
+def decide_chain(plant: ChainPlant, c: Control, k: int, s: LoopState) -> tuple[float, float, float]:
+    """As `decide`, for two motors, and for a stepper, whose command is the angle of its field."""
+    pressed = 0.0
+    sense(c.observer, c.rig, k, s)
+    if plant.motors > 1:
+        pressed = sense_pair(c.pair, c.rig, s)
+    wanted, command, sigma, valid = controller_step(
+        c.observer, c.law, c.rig.torque_limit, s.controller, s.readings, c.reference, k
+    )
     s.summary[6] += not valid
-    wanted, command = issue(c.observer, c.rig.torque_limit, s.controller, torque, valid)
-    finish_sample(c, k, s, log, s.terms[VIEW, : s.x.size], (wanted, command, 0.0))
-    move_chain(plant, c.rig, k, s, 0.0, 0.0)
+    if plant.motors > 1:
+        part_command(c.pair, plant, pressed, command, k, s)
+    if plant.field > 0.0:  # the torque is scored, and lost steps
+        lag = abs(plant.field_periods * (command - s.x[0]))
+        command = s.shafts[s.shafts.size - 1]
+        wanted = command + (1.0 if lag > 0.5 * pi else 0.0)
+    return wanted, command, sigma
+
+
+def loop_over(see: Any, decide: Any, move: Any) -> Any:
+    """The one loop over samples, with the steps of a machine.
+
+    ``see`` and ``move`` return why the run ends, 0 where it goes on; ``decide`` the command wanted, the
+    limited command and sigma. The loop returns the sample at which the run ended; its ``log`` has a row per
+    sample, or none at all: true angles and speeds, shaft torque, readings, limited command, slip, sigma,
+    estimates (12), regressor (12), states of the law. Compiled, it is kept with the sources of ``see``.
+    """
+
+    def run_samples(machine: Any, control: Control, span: tuple[int, int], s: LoopState, log: Array) -> int:
+        for k in range(span[0], span[1]):
+            s.discrete[1] = see(machine, control.gone, s)
+            if s.discrete[1] != 0:
+                return k
+            issued = decide(machine, control, k, s)
+            finish_sample(control.rig, control.target[k], k, s, log, issued)
+            s.discrete[1] = move(machine, control.rig, k, s)
+            if s.discrete[1] != 0:
+                return k + 1
+        return span[1]
+
+    run_samples.__dict__["sources"] = getattr(see, "py_func", see).__code__.co_filename
+    return run_samples
+
+
+run_loop = njit_in_place(loop_over(see_chain, decide_chain, move_chain))
+
+
+class NotFinite(Exception):
+    """The command or the state of the user's controller is not finite, or of another size."""
 
 
 @lru_cache(maxsize=16)
-def own_loop(step: Any, filtered: bool) -> Callable[..., int]:
-    """The loop for a compiled step; it is compiled when it is first run, in each process."""
+def own_loop(step: Any, filtered: bool) -> tuple[Callable[..., float], Callable[..., int]]:
+    """A compiled step as the loop asks it, and the loop, with its gains in the place of the law.
+
+    The first, where numba counts references to the arrays that are made, is to be run before the second,
+    where it does not. Both are compiled when they are first run, in each process.
+    """
     import numba
 
-    def run_own_loop(  # arrays may be made here: numba counts their references
-        plant: Any, control: Any, gains: Any, span: tuple[int, int], s: Any, log: Array
-    ) -> int:
-        gone, memory = farthest(control.target), s.controller.memory
-        for k in range(span[0], span[1]):
-            code, torque = before_step(plant, control, k, gone, s), nan
-            if code > 0:
-                s.discrete[1] = code
-                return k
-            if code == 0:
-                measurement = s.controller.states.copy() if filtered else s.readings.copy()
-                state, torque = step(gains, memory.copy(), measurement, control.reference[k].copy())
-                good = isfinite(torque) and len(state) == memory.size
-                for i in range(memory.size):
-                    if good:
-                        memory[i] = state[i]
-                        good = isfinite(memory[i])
-                if not good:
-                    s.discrete[1] = NOT_FINITE
-                    return k
-            after_step(plant, control, k, torque, s, log)
-        return span[1]
+    def ask(gains: Any, memory: Array, measurement: Array, row: Array) -> float:
+        state, torque = step(gains, memory.copy(), measurement.copy(), row.copy())
+        good = isfinite(torque) and len(state) == memory.size
+        for i in range(memory.size):
+            if good:
+                memory[i] = state[i]
+                good = isfinite(memory[i])
+        return torque if good else nan
 
-    compiled: Callable[..., int] = numba.njit(error_model="numpy", nogil=True)(run_own_loop)
-    return compiled
+    def decide_own(machine: Any, c: Any, k: int, s: LoopState) -> tuple[float, float, float]:
+        sense(c.observer, c.rig, k, s)
+        kept, valid, torque = s.controller, observe(c.observer, s.controller, s.readings), nan
+        for j in range(s.readings.size):
+            valid = valid and isfinite(s.readings[j])
+        if valid:
+            torque = asked(c.law, kept.memory, kept.states if filtered else s.readings, c.reference[k])
+            if not isfinite(torque):
+                s.discrete[0] = k
+                raise NotFinite
+        s.summary[6] += not valid
+        wanted, command = issue(c.observer, c.rig.torque_limit, kept, torque, valid)
+        return wanted, command, 0.0
+
+    options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+    asked = numba.njit(**options)(ask)
+    options |= uncounted()
+    deciding = numba.njit(forceinline=True, **options)(decide_own)
+    return asked, numba.njit(**options)(loop_over(see_chain, deciding, move_chain))
 
 
 class PlantState(NamedTuple):
@@ -219,7 +246,7 @@ def new_plant_state(plant: ChainPlant, rig: RigNumbers) -> PlantState:
         discrete=np.zeros(2, dtype=np.int64),
         commands=np.zeros(rig.late_samples + 2),
         readings=np.zeros(len(rig.encoders)),
-        terms=np.zeros((5, states)),
+        terms=np.zeros((4, states)),
         work=np.zeros(states),
     )
 

@@ -15,8 +15,9 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, reflected
 from cabledrive.rig.closed_loop import chain_kernels as kernels
-from cabledrive.rig.closed_loop.cable_plant import cable_ends, cable_run, move_cable
+from cabledrive.rig.closed_loop.cable_plant import cable_ends, move_cable
 from cabledrive.rig.closed_loop.chain_kernels import LoopState
+from cabledrive.rig.closed_loop.loop_kernels import NotFinite, loop_over, move_chain, own_loop, see_chain
 from cabledrive.rig.laws.controllers import fitted_encoders, load_gear, plant_chain
 from cabledrive.rig.setting import RigOptions
 
@@ -154,77 +155,58 @@ def _at_first_shaft(drive: Drive, given: LumpedChain) -> LumpedChain:
 
 
 def run_users(
-    loop: Any, span: tuple[int, int], state: LoopState, log: Array, tensions: Array
+    loop: Any, machine: Any, control: kernels.Control, span: tuple[int, int], state: LoopState, log: Array
 ) -> tuple[int, str | None]:
     """Run samples with a controller or a plant of the user's own, compiled where both can be.
 
-    Returns the sample at which the run ended, and what ran as plain Python.
+    ``machine``: the packaged plant as it runs. Returns where the run ended, and what ran as plain Python.
     """
     own, plant = loop.controller.own, loop.own_plant
     if own is not None and is_compiled(own.step) and plant is None and loop.cable is None:
-        done = run_own(loop, *span, state, log)
+        done = run_own(loop, span, state, log)
         if done is not None:
             return done, None
     parts = (("controller", own), ("plant", plant))
     plain = (
         ", ".join(name for name, part in parts if part is not None and not is_compiled(part.step)) or "loop"
     )
-    gone, control, s, n = kernels.farthest(loop.target), loop.control, state, loop.chain.size
-    cable = None if loop.cable is None else cable_run(loop.cable, s, tensions)
-    lumped = cable is None and plant is None
-    shafts, seen = (s.terms[kernels.VIEW] if lumped else s.x)[: 2 * n + 1], s.work if lumped else s.x
-    for k in range(*span):
-        if cable is not None:
-            s.discrete[1] = cable_ends(cable, gone, s)
-        else:
-            s.discrete[1] = kernels.see_chain(loop.plant, gone, s) if lumped else _see_own(n, gone, s)
-        if s.discrete[1]:
-            return k, plain
-        issued = kernels.decide(control, k, seen, s) if own is None else _asked(loop, k, seen, s)
-        if cable is not None:
-            s.discrete[0] = shafts[n] != 0.0
-        kernels.finish_sample(control, k, s, log, shafts, issued)
-        if cable is not None:
-            s.discrete[1] = move_cable(cable, loop.rig, k, s)
-        elif lumped:
-            kernels.move_chain(loop.plant, loop.rig, k, s, 0.0, 0.0)
-        else:
-            _move_own(loop, k, s)
-        if s.discrete[1]:
-            return k + 1, plain
-    return span[1], plain
+    see, move = (see_chain, move_chain) if loop.cable is None else (cable_ends, move_cable)
+    if plant is not None:
+        machine, see, move = loop, _see_own, _move_own  # type: ignore[assignment]  # each of its machine
+
+    def decide(_: Any, control: kernels.Control, k: int, s: LoopState) -> tuple[float, float, float]:
+        if own is None:
+            return kernels.decide(None, control, k, s)
+        kernels.sense(control.observer, control.rig, k, s)
+        c, torque = s.controller, 0.0
+        valid = observe(control.observer, c, s.readings) and bool(np.all(np.isfinite(s.readings)))
+        if valid:
+            measurement = s.readings if own.measures == "readings" else c.states
+            given = (c.memory.copy(), measurement.copy(), control.reference[k].copy())
+            c.memory[:], torque = stepped(own, *given, _when(loop, k))
+        s.summary[6] += not valid
+        wanted, command = issue(control.observer, control.rig.torque_limit, c, torque, valid)
+        return wanted, command, 0.0
+
+    return loop_over(see, decide, move)(machine, control, span, state, log), plain
 
 
 def _when(loop: Any, k: int) -> str:
     return f"at t = {k * loop.rig.interval:.6g} s (sample {k})"
 
 
-def _asked(loop: Any, k: int, seen: Array, s: LoopState) -> tuple[float, float, float]:
-    """Command that the user's controller wants, limited command, and no sigma."""
-    own, c = loop.controller.own, s.controller
-    kernels.sense(loop.observer, loop.rig, k, seen, s)
-    valid, torque = observe(loop.observer, c, s.readings), 0.0
-    measurement = s.readings if own.measures == "readings" else c.states
-    valid = valid and bool(np.all(np.isfinite(s.readings)))
-    if valid:
-        given = (c.memory.copy(), measurement.copy(), loop.controller.reference[k].copy())
-        c.memory[:], torque = stepped(own, *given, _when(loop, k))
-    s.summary[6] += not valid
-    wanted, command = issue(loop.observer, loop.rig.torque_limit, c, torque, valid)
-    return wanted, command, 0.0
-
-
-def _see_own(n: int, gone: float, s: LoopState) -> int:
-    """Why the user's plant of n shafts ends the run at a sample, 0 where it goes on."""
+def _see_own(loop: Any, gone: float, s: LoopState) -> int:
+    """Why the user's plant ends the run at a sample, 0 where it goes on."""
+    n = loop.chain.size
     s.x[: 2 * n] = s.x[2 * n + 1 : 4 * n + 1]
     if n > 1:
         s.summary[7] = max(s.summary[7], abs(s.x[n - 2] - s.x[n - 1]))
     return kernels.DIVERGED if abs(s.x[n - 1]) > gone else 0
 
 
-def _move_own(loop: Any, k: int, s: LoopState) -> None:
+def _move_own(loop: Any, rig: kernels.RigNumbers, k: int, s: LoopState) -> int:
     """The user's plant to the next sample."""
-    rig, n = loop.rig, loop.chain.size
+    n = loop.chain.size
     span = rig.interval + (rig.jitter[k + 1] - rig.jitter[k] if rig.jitter.size else 0.0)
     push, shaft = (float(rig.forces[k, 0]), float(rig.forces[k, 1])), float(s.x[2 * n])
     state, place = s.x[2 * n + 1 :].copy(), _when(loop, k)
@@ -232,33 +214,32 @@ def _move_own(loop: Any, k: int, s: LoopState) -> None:
         if time > 0.0:
             state, shaft = moved(loop, state, (shaft, float(command)), push, time, place)
     s.x[2 * n + 1 :], s.x[2 * n] = state, shaft
+    return 0
 
 
-def run_own(loop: Any, first: int, last: int, state: LoopState, log: Array) -> int | None:
-    """Run samples ``first`` to ``last`` - 1; returns where it ended, None where numba cannot compile it."""
+def run_own(loop: Any, span: tuple[int, int], state: LoopState, log: Array) -> int | None:
+    """Run the samples of a span; returns where it ended, None where numba cannot compile it."""
     from numba.core.errors import NumbaError
-
-    from cabledrive.rig.closed_loop.loop_kernels import NOT_FINITE, own_loop
 
     made, own = loop.controller, loop.controller.own
     try:
         # Once on zeros, for the shapes of what is returned; a number need not be finite there.
         size = len(state.readings) if own.measures == "readings" else len(state.controller.states)
-        memory, row = state.controller.memory.copy(), made.reference[first].copy()
+        memory, row = state.controller.memory.copy(), made.reference[span[0]].copy()
         stepped(own, memory, np.zeros(size), row, "when it was tried on zeros")
     except NumbaError as error:
         line = str(error).strip().splitlines()[0]
         raise InputRefused(
             f'controller "{own.name}" cannot be compiled: {line}: give it as plain Python'
         ) from None
-    run = own_loop(own.step, own.measures == "states")
+    asked, run = own_loop(own.step, own.measures == "states")
     try:
-        ended = run(loop.plant, loop.control, own.gains, (first, last), state, log)
+        asked(own.gains, memory, np.zeros(size), row)
+        return int(run(loop.plant, loop.control._replace(law=own.gains), span, state, log))
     except NumbaError:
         return None
-    if state.discrete[1] == NOT_FINITE:
+    except NotFinite:
         raise InputRefused(
             f'controller "{own.name}" returned a command or a state that is not finite, or of another size, '
-            f"at t = {ended * loop.rig.interval:.6g} s (sample {ended}): a command must be a finite torque"
-        )
-    return int(ended)
+            f"{_when(loop, int(state.discrete[0]))}: a command must be a finite torque"
+        ) from None
