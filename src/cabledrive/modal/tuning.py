@@ -165,9 +165,13 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
 
 def section_frequencies(chain: LabelledChain, numbers: int) -> list[float]:
     """Lowest transverse frequencies of one section [rad/s]."""
+    return [2 * pi * mode.frequency for mode in section_modes(chain, numbers)]
+
+
+def section_modes(chain: LabelledChain, numbers: int) -> list[Mode]:
+    """Lowest transverse modes of one section."""
     spectrum = Spectrum(network_of_chain(chain, ACROSS))
-    found = spectrum.first({TRANSVERSE: numbers}, distinct=False)[TRANSVERSE][0][:numbers]
-    return [2 * pi * mode.frequency for mode in found]
+    return spectrum.first({TRANSVERSE: numbers}, distinct=False)[TRANSVERSE][0][:numbers]
 
 
 def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:
