@@ -11,6 +11,7 @@ import numpy as np
 from cabledrive.answers.figures import figure, rounded
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
+from cabledrive.mechanics.network.span_table import route_warnings, worn
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
@@ -222,8 +223,6 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
-    from cabledrive.mechanics.network.span_table import route_warnings, worn  # modes do not wait for it
-
     if isinstance(drive, RoutedDrive):
         return route_warnings(drive)
     sheet = derived_quantities(drive)
@@ -306,9 +305,8 @@ def _bends(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     raised = 0.5 * (pi * bent) ** 2 + (2.0 * bent if drive.carriage else 0.0)
     if raised > SMALL_BEND:
         yield (
-            f"cable.bending_stiffness raises the first transverse frequency of the shortest section by about "
-            f"{raised:.2g} of it (small: {SMALL_BEND:g}): the modes count it; formulas of the data sheet, "
-            "simulations, the internal resonance and the tension from a ping take a limp cable"
+            f"cable.bending_stiffness raises a transverse frequency by {raised:.2g} (small: {SMALL_BEND:g}): "
+            "modes count it; the data sheet, simulations, internal resonance and pings take a limp cable"
         )
 
 
