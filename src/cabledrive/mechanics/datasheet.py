@@ -11,7 +11,6 @@ import numpy as np
 from cabledrive.answers.figures import figure, rounded
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
-from cabledrive.mechanics.network.span_table import route_warnings, worn
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
@@ -205,7 +204,6 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
 
 ELASTIC_RULE = 0.02  # strain, where the file states no limit
 SMALL_SAG = 0.01  # of the span
-SMALL_BEND = 1e-4  # of the frequency of a string
 SMALL_IRVINE = 1.0  # the sag has then raised the tension by 4 %
 STIFFNESS_TOLERANCE = 0.2
 SAMPLES_PER_CYCLE = 10.0
@@ -223,6 +221,8 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
+    from cabledrive.mechanics.network.span_table import route_warnings, worn
+
     if isinstance(drive, RoutedDrive):
         return route_warnings(drive)
     sheet = derived_quantities(drive)
@@ -300,12 +300,12 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
 
 def _bends(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A bending stiffness that the modes alone count: hinged at pulleys, clamped at carriages."""
-    short = min(own.end - own.start for own in rest_state(drive).sections)
-    bent = sqrt((drive.cable.bending_stiffness or 0.0) / drive.cable.pretension) / short
+    bent = sqrt((drive.cable.bending_stiffness or 0.0) / drive.cable.pretension)
+    bent /= min(own.end - own.start for own in rest_state(drive).sections)
     raised = 0.5 * (pi * bent) ** 2 + (2.0 * bent if drive.carriage else 0.0)
-    if raised > SMALL_BEND:
+    if raised > 1e-4:
         yield (
-            f"cable.bending_stiffness raises a transverse frequency by {raised:.2g} (small: {SMALL_BEND:g}): "
+            f"cable.bending_stiffness raises a transverse frequency by {raised:.2g} (small: 1e-4): "
             "modes count it; the data sheet, simulations, internal resonance and pings take a limp cable"
         )
 
