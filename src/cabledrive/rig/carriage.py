@@ -11,7 +11,7 @@ from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
 from cabledrive.control.load_schedule import ScheduledLaw, scheduled_step
 from cabledrive.control.transporter import STATES, flat_motion, rigid_motion, scheduled_law, shaped
-from cabledrive.mechanics.compiled import njit
+from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import check_fields, described, meaning, quantity
@@ -31,7 +31,7 @@ class CarriageLoop(NamedTuple):
     one_count: float  # of the encoders at the rim [m]; 0: they give the displacements themselves
 
 
-@njit
+@njit_in_place
 def strand_tensions(plant: Transporter, x: Array, tensions: Array) -> None:
     """Tension of the three strands, none of which can push, Eq. (T.2); x: 4 coordinates, 4 rates."""
     span, start, time = plant.span_length, plant.start, plant.damping_time
@@ -44,7 +44,7 @@ def strand_tensions(plant: Transporter, x: Array, tensions: Array) -> None:
         tensions[i] = max(plant.axial_rigidity * strain, 0.0)
 
 
-@njit
+@njit_in_place
 def transporter_rates(
     plant: Transporter, x: Array, push: tuple[float, float], stuck: bool, tensions: Array, out: Array
 ) -> float:
@@ -77,7 +77,7 @@ def transporter_rates(
     return motor
 
 
-@njit
+@njit_in_place
 def transporter_advance(
     plant: Transporter, x: Array, push: tuple[float, float], step: float, tensions: Array, work: Array
 ) -> None:
