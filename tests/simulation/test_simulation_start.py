@@ -19,6 +19,7 @@ from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.schema import content_hash
+from cabledrive.reduction import simulate_fast
 from cabledrive.simulation import (
     CarriageForce,
     Constant,
@@ -37,7 +38,7 @@ from cabledrive.simulation.methods import largest_stable_step
 from cabledrive.simulation.signals import checked_signal, signal_of
 from cabledrive.simulation.start import place_at_start
 
-DRIVE = load_drive("dissertation-2")
+DRIVE, STIFF = load_drive("dissertation-2"), load_drive("dissertation-3")
 LENGTH = DRIVE.pulley_distance
 GUIDED = replace(DRIVE, carriage=(Carriage(mass=1e-3, position=0.25),))
 MOTORED = load_drive("dissertation-3")
@@ -284,3 +285,13 @@ def test_the_error_estimate_covers_the_error_and_sees_its_order(shape, order):
             f"{name}: estimated {found.error:.2e}, true {error:.2e}"
         )
     assert estimate.upper_midpoint.order == pytest.approx(order, abs=0.5)
+
+
+@pytest.mark.parametrize("run", [simulate, simulate_fast])
+def test_a_run_says_what_the_file_states_and_it_leaves_out(run):
+    motor = replace(STIFF.motor, coulomb_friction=0.0)
+    smooth = replace(STIFF, motor=motor, pulley=[replace(own, coulomb_friction=0.0) for own in STIFF.pulley])
+    assert run(smooth, 1e-3).summary()["assumptions"] == []
+    bent = replace(STIFF.cable, bending_stiffness=1e-4)
+    stated = run(replace(smooth, cable=bent, motor=replace(motor, backlash=1e-3)), 1e-3)
+    assert ["0.0001 N m^2" in stated.assumptions[0], "backlash" in stated.assumptions[1]] == [True, True]

@@ -23,7 +23,7 @@ from cabledrive.simulation import Recording, Signal, SimulationResult, SlackEven
 from cabledrive.simulation.channels import COLUMN, WIDTH
 from cabledrive.simulation.keeping import MOST_MEMORY, RESULT, part_of
 from cabledrive.simulation.netcdf import write_netcdf
-from cabledrive.simulation.result import bends_freely
+from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import Function, checked_signal
 from cabledrive.simulation.start import place_at_start, velocity_at_start
 
@@ -111,7 +111,7 @@ def _result(
         energy_handled=float(handled),
         slack_events=events,
         extremes=extremes,
-        assumptions=bends_freely([drive.cable]),
+        assumptions=neglected([drive.cable], drive.motors),
         provenance={
             "cabledrive": __version__,
             "drive": drive.name,

@@ -24,7 +24,7 @@ from cabledrive.simulation.methods import check_method, largest_stable_step, tim
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
 from cabledrive.simulation.plan import State, new_state, plan_of
 from cabledrive.simulation.prepared import Outcome, RopeRun
-from cabledrive.simulation.result import bends_freely
+from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import Function, Signal, checked_signal
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, place_at_start, velocity_at_start
 
@@ -131,7 +131,7 @@ class Case(RopeRun):
             slack_events=self.slack_events(outcome.state),
             extremes=self._extremes(outcome.state),
             error_estimate=estimate,
-            assumptions=bends_freely([self.machine.cable]),
+            assumptions=neglected([self.machine.cable], self.machine.motors),
             provenance=self.provenance(
                 {
                     "cfl": self.grid.cfl,

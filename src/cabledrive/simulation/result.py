@@ -13,6 +13,7 @@ from cabledrive.answers.keys import Keys
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.cable import Rope
+from cabledrive.parameters.drive_parts import Motor
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation.channels import Channel
@@ -215,11 +216,12 @@ NETWORK = Keys(
 )
 
 
-def bends_freely(ropes: Iterable[Rope]) -> tuple[str, ...]:
-    """That a run takes ropes as limp whose bending stiffness is stated."""
+def neglected(ropes: Iterable[Rope], motors: Iterable[Motor]) -> tuple[str, ...]:
+    """What a file states and no run has."""
     stiff = max((rope.bending_stiffness or 0.0 for rope in ropes), default=0.0)
-    said = f"ropes bend freely: their bending stiffness of up to {stiff:.4g} N m^2 is left out"
-    return (said,) if stiff else ()
+    bends = f"ropes bend freely: their bending stiffness of up to {stiff:.4g} N m^2 is left out"
+    found = {bends: stiff, "motor.backlash is left out": any(motor.backlash for motor in motors)}
+    return tuple(words for words, stated in found.items() if stated)
 
 
 LARGE_MOTION = 0.02

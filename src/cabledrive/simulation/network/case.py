@@ -29,7 +29,7 @@ from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan
 from cabledrive.simulation.plan import new_state
 from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
-from cabledrive.simulation.result import NetworkResult, bends_freely
+from cabledrive.simulation.result import NetworkResult, neglected
 from cabledrive.simulation.signals import Function, Signal, checked_signal
 from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, profile_of
 
@@ -205,7 +205,7 @@ def left_out(drive: RoutedDrive) -> tuple[str, ...]:
     """What the drive states and the run does not have."""
     names = [motor.pulley or "the first pulley" for motor in drive.motor if motor.offset_torque != 0.0]
     given = (f"motor.offset_torque of {', '.join(names)} is left out",) if names else ()
-    return (*given, *bends_freely(drive.ropes))
+    return (*given, *neglected(drive.ropes, drive.motors))
 
 
 def network_case(
