@@ -293,7 +293,7 @@ def check_band(model: StretchModel, samples: Array, step: float) -> None:
     """Refuse a torque [N m], sampled every ``step`` [s], not finite or where the model has no modes."""
     if not np.all(np.isfinite(samples)):
         raise InputRefused("torque must be finite at every step: repair the samples")
-    content = np.abs(np.fft.rfft(samples * np.hanning(samples.size))) ** 2
+    content = np.abs(np.fft.rfft((samples - samples.mean()) * np.hanning(samples.size))) ** 2
     frequency = 2 * pi * np.fft.rfftfreq(samples.size, step)
     top = model.highest
     hidden = content[frequency > top].sum() / max(content.sum(), 1e-300)
