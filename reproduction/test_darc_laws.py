@@ -11,7 +11,7 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 
-from oracles.printed_darc_laws import LAWS, Machine, law_3, law_4, printed_states
+from oracles.printed_laws import LAWS, Machine, law_3, law_4, printed_states
 from reproduction.oracles import link_matrix, state_matrix
 
 

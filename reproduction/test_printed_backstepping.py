@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from oracles.printed_backstepping import Gains, corrected_backstepping, plant
+from oracles.printed_laws import Gains, corrected_backstepping, plant
 from reproduction.oracles import BETA
 
 X = sp.symbols("x1 x2 x3bar x4bar")

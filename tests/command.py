@@ -10,7 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from click.testing import CliRunner, Result
+
+from cabledrive.parameters import InputRefused
 
 
 def run(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
@@ -76,6 +79,16 @@ def the_line(errors: str) -> str:
     program, line = errors.rstrip("\n").split(": ", maxsplit=1)
     assert program == "cabledrive", errors
     assert line.isprintable(), f"{line!r}"
+    return line
+
+
+def refused(call, *named):
+    """The one line with which a call inside Python is refused; it holds all of these words."""
+    with pytest.raises(InputRefused) as refusal:
+        call()
+    line = str(refusal.value)
+    assert "\n" not in line
+    assert all(words in line for words in named), line
     return line
 
 

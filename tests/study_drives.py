@@ -23,7 +23,7 @@ LIVELY = Excitation(kind="multisine", duration=12.0, amplitude=0.6, band=(0.25, 
 ONE_WAY = Excitation(kind="sines", duration=8.0, frequencies=(0.5,), amplitudes=(0.02,), bias=0.1)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Case:
     """A drive, what is asked of it, how it was logged, and what the study has to say."""
 
@@ -39,42 +39,15 @@ def goals(angle: float, duration: float, **more: object) -> Goals:
     return Goals(angle=angle * DEGREE, duration=duration, **options)
 
 
+FOLLOWS, CLOSE = goals(30, 0.3, error=0.3 * DEGREE, draws=300), 0.5 * DEGREE
+WRIST = goals(60, 0.3, error=1.0 * DEGREE, draws=300, backlash=0.0)
+TORQUE = "torque: the motion needs 6.817 N m, and 0.4 N m is the limit"
 CASES = (
-    Case(
-        name="turntable",
-        goals=goals(30, 0.3, error=0.3 * DEGREE, draws=300),
-        log=LIVELY,
-        verdict="yes",
-        reason="follows 30 deg in 0.3 s within the goal of 0.3 deg",
-    ),
-    Case(
-        name="wrist",
-        goals=goals(60, 0.3, error=1.0 * DEGREE, draws=300, backlash=0.0),
-        log=None,
-        verdict="yes",
-        reason="within the goal of 1 deg",
-    ),
-    Case(
-        name="harp",
-        goals=goals(20, 0.3, error=0.5 * DEGREE),
-        log=None,
-        verdict="no",
-        reason="has 0.4995 of the pulley mode's frequency",
-    ),
-    Case(
-        name="winch",
-        goals=goals(90, 0.3, error=0.5 * DEGREE),
-        log=None,
-        verdict="no",
-        reason="torque: the motion needs 6.817 N m, and 0.4 N m is the limit",
-    ),
-    Case(
-        name="spindle",
-        goals=goals(45, 0.3, error=0.5 * DEGREE),
-        log=ONE_WAY,
-        verdict="unknown",
-        reason="but so few runs prove only",
-    ),
+    Case("turntable", FOLLOWS, LIVELY, "yes", "follows 30 deg in 0.3 s within the goal of 0.3 deg"),
+    Case("wrist", WRIST, None, "yes", "within the goal of 1 deg"),
+    Case("harp", goals(20, 0.3, error=CLOSE), None, "no", "has 0.4995 of the pulley mode's frequency"),
+    Case("winch", goals(90, 0.3, error=CLOSE), None, "no", TORQUE),
+    Case("spindle", goals(45, 0.3, error=CLOSE), ONE_WAY, "unknown", "but so few runs prove only"),
 )
 
 

@@ -12,7 +12,7 @@ from cabledrive.control.reference_kernels import reference_table
 from cabledrive.trajectories import pulse
 from cabledrive.trajectories.limits import rise_coefficients
 from control_chains import INTERVAL, flat_rows, model, state_of
-from oracles.printed_backstepping import Gains, corrected_backstepping
+from oracles.printed_laws import Gains, corrected_backstepping
 
 CHAIN = model(3)
 LAW = backstepping.backstepping_numbers(CHAIN, backstepping.PRINTED_HZ, 1e-6, INTERVAL)

@@ -179,18 +179,11 @@ def test_the_torque_that_is_carried_to_the_motor_leaves_the_load_where_it_is(n, 
     np.testing.assert_allclose(states[:, : n - 1], held[:, : n - 1], atol=2e-3 * scale)
 
 
-def filter_of(chain):
-    counts = (2.4e-3, 6.3e-4, 6.3e-4)
-    tuning = replace(QUIET, load_acceleration=0.03)
-    sampling = Sampling(interval=INTERVAL)
-    found = kalman_filter(chain, list(enumerate(counts)), sampling, chosen=[0, 1, 2], tuning=tuning)
-    return found, np.array(counts)
-
-
 def test_whitened_innovations_have_variance_one():
     """A settled filter on noise of its own kind: sample covariance of 40,000 samples within 5 %."""
-    chain = model(4)
-    observer, counts = filter_of(chain)
+    counts, tuning = np.array([2.4e-3, 6.3e-4, 6.3e-4]), replace(QUIET, load_acceleration=0.03)
+    sampling, encoders = Sampling(interval=INTERVAL), list(enumerate(counts))
+    observer = kalman_filter(model(4), encoders, sampling, chosen=[0, 1, 2], tuning=tuning)
     gain, output = observer.gains[-1], observer.output
     transition = observer.model[:, :9]
     rng = np.random.default_rng(3)

@@ -111,21 +111,17 @@ def test_a_matlab_file_that_unpacks_to_more_than_memory_should_hold_is_refused(
         read_log(tmp_path / "b.mat")
 
 
-def hdf5_of(path, shape, chunk, **options):
+def test_an_hdf5_log_too_long_for_memory_is_refused_by_its_shape_and_large_chunks_by_theirs(tmp_path):
     import h5py
 
-    with h5py.File(path, "w") as file:
-        for channel, unit in (("time", "s"), ("torque", "N m"), ("angle", "rad")):
-            data = file.create_dataset(channel, shape=(shape,), chunks=(chunk,), dtype="f8", **options)
-            data.attrs["units"] = unit
-
-
-def test_an_hdf5_log_too_long_for_memory_is_refused_by_its_shape_and_large_chunks_by_theirs(tmp_path):
     for name, shape, chunk, words in (
         ("long.h5", 4_000_000_000, 1_000_000, "numbers, which are not held in memory"),
         ("chunk.h5", 100_000_000, 100_000_000, "has chunks of 763 MiB"),
     ):
-        hdf5_of(tmp_path / name, shape, chunk, compression="gzip")
+        stored = {"shape": (shape,), "chunks": (chunk,), "dtype": "f8", "compression": "gzip"}
+        with h5py.File(tmp_path / name, "w") as file:
+            for channel, unit in (("time", "s"), ("torque", "N m"), ("angle", "rad")):
+                file.create_dataset(channel, **stored).attrs["units"] = unit
         with pytest.raises(InputRefused, match=words):
             read_log(tmp_path / name)
 

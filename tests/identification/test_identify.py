@@ -47,22 +47,19 @@ def bench_log(test, seed, **flaws):
     return run_rig(bench_rig(test, Imperfections(**flaws)), bench_command(test, rng), rng)
 
 
-def wide_command(rng, duration, rate=1000.0):
-    """Section 4.2's three sines, and a multisine up to 120 Hz that shows what is not rigid."""
-    base = sum_of_sines(duration, rate, (1.0, 3.0, 5.0), (0.1, 0.1, 0.1), rng.uniform(0, 2 * np.pi, 3))
-    lines = multisine_lines(round(2 * rate), rate, 8.0, 120.0, odd=True)
-    wave = np.roll(low_crest_multisine(round(2 * rate), lines), rng.integers(round(2 * rate)))
-    return base + 0.12 * np.tile(wave, round(duration / 2))
-
-
 WORDS = {"rigid": None, "stribeck": "Stribeck", "backlash": "backlash", "flexible": "flexible joint"}
 
 
 def faulty_log(case, seed, duration):
+    """Section 4.2's three sines, and a multisine up to 120 Hz that shows what is not rigid."""
     chain, flaws = RIGS[case]
     rng = np.random.default_rng(seed)
+    base = sum_of_sines(duration, 1000.0, (1.0, 3.0, 5.0), (0.1, 0.1, 0.1), rng.uniform(0, 2 * np.pi, 3))
+    lines = multisine_lines(2000, 1000.0, 8.0, 120.0, odd=True)
+    wave = np.roll(low_crest_multisine(2000, lines), rng.integers(2000))
+    command = base + 0.12 * np.tile(wave, round(duration / 2))
     rig = VirtualRig(chain=chain, torque_per_volt=1.6218, imperfections=Imperfections(**flaws))
-    return run_rig(rig, wide_command(rng, duration), rng, oversampling=12 if case == "backlash" else 4)
+    return run_rig(rig, command, rng, oversampling=12 if case == "backlash" else 4)
 
 
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)

@@ -237,22 +237,13 @@ def test_the_median_coherence_is_printed_and_a_low_one_warned_of(coherence, tmp_
 GAIN = 10 ** (4.2 / 20)
 
 
-def noisy_amplifier(seed, bandwidth=800.0, delay=1.5e-4, noise=0.01):
-    rng = np.random.default_rng(seed)
-    frequency = np.linspace(5.0, 500.0, 120)
-    exact = response_models.amplifier_response(frequency, GAIN, bandwidth, delay)
-    parts = rng.normal(size=(2, frequency.size)) * noise / np.sqrt(2)
-    return signals.FrequencyResponse(
-        frequency=frequency,
-        response=exact + parts[0] + 1j * parts[1],
-        deviation=np.full(frequency.size, noise),
-        coherence=np.ones(frequency.size),
-        averages=10.0,
-    )
-
-
 def test_a_lag_far_above_the_band_gets_no_number_but_a_bound():
-    fit = response_models.fit_amplifier(noisy_amplifier(3, bandwidth=1e6, noise=0.02))
+    frequency, noise, whole = np.linspace(5.0, 500.0, 120), 0.02, np.ones(120)
+    exact = response_models.amplifier_response(frequency, GAIN, 1e6, 1.5e-4)
+    parts = np.random.default_rng(3).normal(size=(2, 120)) * noise / np.sqrt(2)
+    response = {"response": exact + parts[0] + 1j * parts[1], "deviation": noise * whole, "averages": 10.0}
+    found = signals.FrequencyResponse(frequency=frequency, coherence=whole, **response)
+    fit = response_models.fit_amplifier(found)
     assert np.isnan(fit.bandwidth.value)
     assert fit.bandwidth.low > 500.0
     assert "constant gain" in fit.findings[0]

@@ -16,7 +16,7 @@ from cabledrive.mechanics.holding import lumped_joint_mode, span_stiffness
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters import Carriage, InputRefused, Layout, NotComputed, load_drive, packaged_drives
 from drive_strategies import drives
-from oracles.catenary import catenary_sag
+from oracles.hanging_machine import catenary_sag
 
 SHEETS = {name: derived_quantities(load_drive(name)) for name in packaged_drives("loop", "line")}
 FIRST, SECOND, THIRD = (SHEETS[f"dissertation-{n}"] for n in (1, 2, 3))
@@ -56,9 +56,9 @@ def test_figure_is_its_formula(sheet, quantity, value):
 def test_sag_of_an_empty_level_span_is_that_of_its_catenary(name):
     """And Irvine's parameter of an even weight is (q L / H)^2 EA / H, at the tension that is there."""
     drive = replace(load_drive(name), carriage=())
-    sheet, catenary = derived_quantities(drive), catenary_sag(drive)
-    assert sheet.static_sag == pytest.approx(catenary.midpoint, rel=1e-6)
-    pull, weight = catenary.horizontal_tension, drive.cable.mass_per_length * 9.81 * drive.span_length
+    sheet, (sag, pull) = derived_quantities(drive), catenary_sag(drive)
+    assert sheet.static_sag == pytest.approx(sag, rel=1e-6)
+    weight = drive.cable.mass_per_length * 9.81 * drive.span_length
     stiffness = drive.cable.axial_rigidity * (1.0 + drive.cable.prestrain)
     steep = 0.5 * weight / pull
     assert sheet.irvine_parameter == pytest.approx(

@@ -21,7 +21,7 @@ from cabledrive.mechanics.chain import Chain, Pendant
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 from oracles import hanging_machine
-from oracles.chain_count import modes_below
+from oracles.network_fem import modes_below
 from oracles.route_fem import Kinematics
 
 AGREEMENT, MODES = 1e-8, 12

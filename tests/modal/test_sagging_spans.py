@@ -150,16 +150,6 @@ def random_machine(rng, steepest):
     )
 
 
-def modes_in_plane(drive, count):
-    """A list that holds the first modes in the plane."""
-    below = 1.5 * cd.modes(drive, count=1).modes[0].frequency
-    while True:
-        found = cd.modes(drive, below=below)
-        if sum(mode.plane != "v" for mode in found.modes) >= count:
-            return found
-        below *= 1.5
-
-
 def stated(drive):
     """The largest error by what sag does where ropes leave their wheels, by slopes at rest."""
     worst = []
@@ -177,8 +167,10 @@ def worst_of_machines(seeds):
     for seed in seeds:
         rng = np.random.default_rng([77, seed])
         drive = random_machine(rng, 10 ** rng.uniform(-2.7, -0.9))
-        found = modes_in_plane(drive, 6)
-        inside = [mode for mode in found.modes if mode.plane != "v"][:6]
+        below, inside = cd.modes(drive, count=1).modes[0].frequency, []
+        while len(inside) < 6:
+            found = cd.modes(drive, below=(below := 1.5 * below))
+            inside = [mode for mode in found.modes if mode.plane != "v"][:6]
         own = np.array([mode.frequency for mode in inside])
         truth = in_the_plane(drive)[: own.size]
         error = float(np.max(np.abs(own / truth - 1.0)))

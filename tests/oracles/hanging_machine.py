@@ -6,10 +6,11 @@ package: the file's numbers and the pull along the chord at the start of each sp
 """
 
 from dataclasses import dataclass
+from math import asinh, hypot
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.optimize import root
+from scipy.optimize import brentq, root
 
 from oracles import rope_fem
 from oracles.network_fem import shape_functions
@@ -17,6 +18,7 @@ from oracles.route_fem import Kinematics, solid_parts, span_frames, weight_of
 
 PLANES = (0, 1), (2,)
 """Along and across, out of the plane."""
+CLOSE = {"xtol": 1e-300, "rtol": 9e-16}
 COUNTED = 24
 """Frequencies of each."""
 
@@ -143,3 +145,32 @@ def frequencies(drive, pulls, *, keeps=False, ways=PLANES, held=(), degree=26):
         top = eigh(k[own], m[own], eigvals_only=True)[: COUNTED + 1][-1]
         found.append(rope_fem.frequencies(m[own], k[own], np.sqrt(top)) / (2.0 * np.pi))
     return found
+
+
+# --- Sag at the middle [m] and horizontal tension [N] of a level span (Irvine, Cable Structures, section 2.3)
+
+
+def parabola_sag(drive):
+    """A parabola stretched by its own sag, limit of the consistent weak law: H = T0 + K/24 (q L_e / H)^2."""
+    cable, length = drive.cable, drive.pulley_distance
+    weight = cable.stretched_mass_per_length * drive.layout.gravity_across * length
+    stiffness = (cable.axial_rigidity + cable.pretension) / 24.0 * weight**2
+    highest = cable.pretension + stiffness ** (1.0 / 3.0)
+    tension = brentq(lambda h: h - cable.pretension - stiffness / h**2, cable.pretension, highest, **CLOSE)
+    return weight * length / (8.0 * tension), tension
+
+
+def catenary_sag(drive):
+    """The elastic catenary: L_e = H L / EA + 2 H L / P arsinh(P / 2H) gives the tension H."""
+    cable, length = drive.cable, drive.span_length
+    weight = cable.mass_per_length * drive.layout.gravity * length
+    rigidity = cable.axial_rigidity
+
+    def too_long(tension):
+        arc = 2.0 * tension * length / weight * asinh(weight / (2.0 * tension))
+        return tension * length / rigidity + arc - drive.pulley_distance
+
+    tension = brentq(too_long, 1e-9 * weight, rigidity + weight, **CLOSE)
+    half = weight / (2.0 * tension)
+    dip = tension * length / weight * half**2 / (hypot(1.0, half) + 1.0)
+    return dip + weight * length / (8.0 * rigidity), tension

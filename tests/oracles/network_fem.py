@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import Legendre
+from scipy.linalg import eigh, eigvals
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,6 @@ def matrices(strings, mass, stiffness, degree):
 
 def natural_frequencies(strings, mass, stiffness, degree):
     """All natural frequencies of the discretised network [rad/s], rigid-body modes as zeros."""
-    from scipy.linalg import eigh, eigvals
-
     m, g, k = matrices(strings, mass, stiffness, degree)
     if not g.any():
         return np.sqrt(np.maximum(eigh(k, m, eigvals_only=True), 0.0))
@@ -76,3 +75,30 @@ def natural_frequencies(strings, mass, stiffness, degree):
     one, none = np.eye(size), np.zeros((size, size))
     values = eigvals(np.block([[none, one], [-k, -g]]), np.block([[one, none], [none, m]]))
     return np.sort(values.imag)[-size:]
+
+
+def modes_below(chain, omega):
+    """Modes of a chain below a frequency by eigenvalues of its matrix, Eq. (M.5), rigid-body mode included.
+
+    K/omega of a segment is Z (cot, -1/sin), a held end is struck out.
+    """
+    n, pendants = chain.masses.size, chain.pendants
+    matrix = np.diag(np.append(-omega * chain.masses, np.zeros(len(pendants))))
+    inside = 0
+    for i, (z, time) in enumerate(zip(chain.impedances, chain.travel_times, strict=True)):
+        phase, a, b = omega * time, i, (i + 1) % n
+        inside += int(phase / np.pi)
+        for j in (a, b):
+            matrix[j, j] += z / np.tan(phase)
+        matrix[a, b] -= z / np.sin(phase)
+        matrix[b, a] -= z / np.sin(phase)
+    for i, ground in enumerate(chain.ground_springs):
+        matrix[i, i] += ground / omega
+    for i, own in enumerate(pendants, n):
+        strain = np.zeros(n + len(pendants))
+        strain[i], strain[own.joint] = 1.0, -1.0
+        matrix += own.stiffness / omega * np.outer(strain, strain)
+        matrix[i, i] += own.ground / omega - omega * own.mass
+    held = [joint for joint, fixed in ((0, chain.fixed[0]), (n - 1, chain.fixed[1])) if fixed]
+    free = np.setdiff1d(np.arange(n + len(pendants)), held)
+    return int(np.sum(np.linalg.eigvalsh(matrix[np.ix_(free, free)]) < 0.0)) + inside

@@ -1,4 +1,4 @@
-"""A lumped chain for the reader: sticking motor, rubbing load, backlash, slack spans, a torque loop.
+"""A lumped chain for the reader: sticking motor, rubbing load, backlash, slack spans, a torque loop, a law.
 
 The equations stand here as in a textbook, on plain numbers. Every short step is one of Runge and Kutta; the
 instant at which the motor stops or lets go is found by halving the step. Nothing is taken from the rig.
@@ -7,6 +7,10 @@ instant at which the motor stops or lets go is found by halving the step. Nothin
 from dataclasses import dataclass
 from math import copysign, inf, tanh
 
+import numpy as np
+from benchmarks.sampled_loops import darc_step
+
+from cabledrive.control.numbers import KALMAN, NOMINAL
 from cabledrive.reduction.lumped_chain import LumpedChain
 
 HALVINGS = 40
@@ -111,3 +115,36 @@ class ReadablePlant:
                 slip = self.way(later)
             x, rest = later, rest - h
         return x, slip
+
+
+def run_reference(loop, samples):
+    """A run with Kalman filter or ideal states, no delay nor jitter; the law is the benchmark's in numpy.
+
+    Returns ``commands, load_angles``, shape (samples,) [N m], [rad] at the first shaft.
+    """
+    rig, observer, law, n = loop.rig, loop.observer, loop.controller.law, loop.chain.size
+    plant = ReadablePlant(chain=loop.chain, rate=loop.plant.current_rate)
+    moving, slip, held, newest = [0.0] * (2 * n + 1), 0, 0.0, 0.0
+    believed, estimate = np.zeros(observer.model.shape[0]), law.learning[NOMINAL].copy()
+    commands, angles = np.zeros(samples), np.zeros(samples)
+    for k in range(samples):
+        x = np.array(moving)
+        angles[k] = x[n - 1]
+        if observer.kind == KALMAN:
+            counts = np.rint(x[rig.encoders] / rig.counts + rig.phases)
+            gain = observer.gains[min(k, len(observer.gains) - 1)]
+            believed += gain @ (rig.counts * counts - observer.output @ believed)
+            states = believed[observer.chosen]
+        else:
+            states = x[observer.chosen]
+        command, estimate = darc_step(law, estimate, states, loop.controller.reference[k])
+        older, newest = newest, np.clip(command, -rig.torque_limit, rig.torque_limit)
+        if observer.kind == KALMAN:
+            scalars = observer.scalars
+            torques = [held, older, newest]  # of the shaft, commands before and after the delay has passed
+            friction = scalars[5] * np.tanh(scalars[6] * believed[n])
+            believed = observer.model @ np.concatenate((believed, torques, [scalars[7] - friction]))
+            held = float(scalars[2:5] @ torques)
+        commands[k] = newest
+        moving, slip = plant.moved(moving, slip, float(newest), rig.interval)
+    return commands, angles

@@ -207,7 +207,9 @@ def system(drive, tensions):
             if sags:
                 assert not drive.carriage
                 assert not rope.bending_stiffness
-                hanging.append(hanging_rope(rope, (start, end), weight, length, (left, right), route.ropes))
+                shear = shear_between((start, end), weight, length)
+                given = rope.density, rope.axial_rigidity, 0.0, (start, end), shear, weight, route.ropes
+                hanging.append(HangingRope(np.vstack((left[:2], right[:2])), length, *given))
             for way in range(2 if sags else 0, 3):
                 if way and rope.bending_stiffness:
                     beyond = [
@@ -253,21 +255,6 @@ def system(drive, tensions):
     hanging = [replace(one, rows=one.rows[:, used]) for one in hanging]
     square = np.ix_(used, used)
     return strings, beams, hanging, mass[square], stiffness[square]
-
-
-def hanging_rope(rope, tension, weight, length, ends, ropes):
-    """A span of shallow sag between the tangent points of a straight one."""
-    return HangingRope(
-        np.vstack([row[:2] for row in ends]),
-        length,
-        rope.density,
-        rope.axial_rigidity,
-        0.0,
-        tension,
-        shear_between(tension, weight, length),
-        weight,
-        ropes,
-    )
 
 
 def lift_off(drive, frames, span, at_start, square):

@@ -1,4 +1,4 @@
-"""Files of kind "route": they load, their geometry follows, what cannot be is refused in a line."""
+"""Files of kind "route" and of a lift: they load, their geometry follows, what cannot be is refused."""
 
 import re
 import tomllib
@@ -12,8 +12,9 @@ import pytest
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.span_table import route_warnings
-from cabledrive.parameters.drive_file import drive_from_text
+from cabledrive.parameters.drive_file import drive_from_text, drive_text, packaged_text
 from cabledrive.parameters.route import followers, moved, posed
+from command import refused
 
 ROUTES = Path(__file__).parent / "routes"
 NAMES = sorted(path.stem for path in ROUTES.glob("*.toml"))
@@ -25,14 +26,6 @@ def load(name, *overrides):
 
 def text_of(name):
     return (ROUTES / f"{name}.toml").read_text(encoding="utf-8")
-
-
-def refused(text, then=network_of):
-    """The line with which a file is refused, at the latest when its state of rest is asked for."""
-    with pytest.raises(cd.InputRefused) as refusal:
-        then(drive_from_text(text))
-    assert "\n" not in str(refusal.value)
-    return str(refusal.value)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -126,16 +119,16 @@ REFUSALS = [
 def test_what_cannot_be_is_refused_in_one_line(name, old, new, words):
     text = text_of(name)
     assert old in text
-    line = refused(text.replace(old, new, 1))
-    assert words in line, line
+    refused(lambda: network_of(drive_from_text(text.replace(old, new, 1))), words)
 
 
 def test_weights_that_nothing_holds_are_refused():
     """Also where directions of spans are level up to round-off, which times 1e19 N would hold the body."""
     text = text_of("ropeway").replace('gravity = "0 m/s^2"', 'inclination = "20 deg"')
-    assert "every pulley turns freely" in refused(text[: text.index("[motor]")])
+    refused(lambda: network_of(drive_from_text(text[: text.index("[motor]")])), "every pulley turns freely")
     heavy = DRUMS.replace('gravity = "0 m/s^2"', 'gravity = "9.81 m/s^2"')
-    assert "body cart: no static solution" in refused(heavy.replace('moves = "x"', 'moves = ["x", "y"]'))
+    heavy = heavy.replace('moves = "x"', 'moves = ["x", "y"]')
+    refused(lambda: network_of(drive_from_text(heavy)), "body cart: no static solution")
 
 
 DRUMS = """
@@ -280,3 +273,63 @@ def test_a_wave_across_a_rope_has_the_density_of_the_stretched_one():
     """c^2 = T/rho with rho per stretched metre: of a rope that 20 N stretch by a fifth."""
     rope = cd.Cable(given_rigidity=100.0, mass_per_length=0.03, pretension=20.0)
     assert rope.wave_speed(20.0) ** 2 * (0.03 / 1.2) == pytest.approx(20.0, rel=1e-14)
+
+
+# --- The file of a lift: its excitation is written as it was read, one key stretches it
+LIFT_TEXT = packaged_text("lift-2-to-1")
+REFUSED = [
+    ("", "torque_ripple"),
+    ("torque_ripple = 0", "torque_ripple"),
+    ("torque_ripple = 1.5", "torque_ripple"),
+    ('orders = ["poles=traction sheave*20"]', "speed"),
+    ('speed = "car.y=0.2m/s:1m/s"', "orders"),
+    ('orders = ["poles"]\nspeed = "car.y=0.2m/s:1m/s"', "orders"),
+    ('orders = ["a=pit sheave", "a=traction sheave"]\nspeed = "car.y=0.2m/s:1m/s"', "orders"),
+    ('orders = ["poles=traction sheave*-1"]\nspeed = "car.y=0.2m/s:1m/s"', "number"),
+    ('orders = ["rails=car.y/0m"]\nspeed = "car.y=0.2m/s:1m/s"', "length"),
+    ('orders = "poles=traction sheave"\nspeed = "car.y=0.2m/s:1m/s"', "orders"),
+    ('orders = ["poles=traction sheave"]\nspeed = "car.y=1m/s:0.2m/s"', "speed"),
+]
+
+
+GEARED = packaged_text("dissertation-3")
+ORDERS = 'orders = ["poles=motor*20"]\nspeed = "motor=1rad/s:2rad/s"'
+PLACE, SHAFT = '"0.5 shaft + 0.5 m"', 'shaft = "42 m"'
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        *((f"{LIFT_TEXT}\n[excitation]\n{table}\n", name) for table, name in REFUSED),
+        (packaged_text("dissertation-2") + "\n[excitation]\ntorque_ripple = 0.02\n", "torque_limit"),
+        (f"{GEARED}\n[excitation]\n{ORDERS}\n", "route"),
+        (LIFT_TEXT.replace(SHAFT, ""), "shaft"),
+        (LIFT_TEXT.replace(SHAFT, 'shaft = "-1 m"'), "shaft"),
+        (LIFT_TEXT.replace(SHAFT, 'shaft = "3 kg"'), "kg"),
+        (LIFT_TEXT.replace(PLACE, '"shaft of 3 m"'), "place"),
+        (LIFT_TEXT.replace(PLACE, '"0.5 shaft + 1 kg"'), "kg"),
+    ],
+)
+def test_what_is_no_excitation_and_no_relative_place_is_refused(text, name):
+    with pytest.raises(cd.InputRefused, match=name):
+        drive_from_text(text)
+
+
+def test_an_excitation_is_written_as_it_was_read():
+    orders = 'orders = ["poles=traction sheave*20", "rails=car.y/5m"]\nspeed = "car.y=0.2m/s:1m/s"'
+    drive = drive_from_text(f'{LIFT_TEXT}\n[excitation]\ntorque_ripple = "2 %"\n{orders}\n')
+    assert drive_from_text(drive_text(drive)) == drive
+    assert drive.excitation.torque_ripple == 0.02
+    assert [order.number for order in drive.excitation.listed] == [20.0, 1.0]
+
+
+# --- One key stretches a lift: places relative to `shaft`
+
+
+def test_a_shaft_of_60_m_is_the_lift_with_every_place_written_anew():
+    stretched = cd.load_drive("lift-2-to-1", overrides=["shaft=60 m"])
+    text = LIFT_TEXT.replace('shaft = "42 m"', "").replace('"0.5 shaft - 1 m"', '"29 m"')
+    text = text.replace('"0.5 shaft + 0.5 m"', '"30.5 m"').replace('"0.5 shaft - 2.5 m"', '"27.5 m"')
+    text = text.replace('"2 m : shaft - 4 m"', '"2 m : 56 m"').replace('"shaft"', '"60 m"')
+    assert "shaft" not in text.split("[cable]")[1].replace("--set shaft", "")
+    assert stretched == drive_from_text(text)

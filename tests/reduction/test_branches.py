@@ -259,14 +259,12 @@ def test_averaged_equations_swap_in_the_closed_period():
 
 
 def hopf_torque_force(c):
-    """Size of f at which one span's steady state gives way to permanent beats, Eq. (A.28); None: nowhere."""
-    gamma, damping, delta = float(c.transverse_damping), float(c.damping), float(c.detuning)
-    detuning, size = float(c.transverse_detuning[0]), damping**2 + 4 * delta**2
+    """Size of f at which one span's steady state gives way to permanent beats, Eq. (A.28)."""
+    gamma, damping, delta, detuning = c.transverse_damping, c.damping, c.detuning, c.transverse_detuning[0]
+    size = damping**2 + 4 * delta**2
     opposed = -(8 * detuning * delta + 4 * delta**2 + damping * (damping + 2 * gamma))
-    if opposed <= 0.0:
-        return None
     b = gamma * damping * size * (size + 4 * gamma * (gamma + damping))
     b /= 4 * (gamma + damping) ** 2 * opposed
     first = 0.5 * b + 0.25 * damping * gamma - delta * detuning
     second = 0.5 * (damping * detuning + delta * gamma)
-    return float(np.hypot(first, second) / abs(float(c.pump[0])))
+    return float(np.hypot(first, second) / abs(c.pump[0]))

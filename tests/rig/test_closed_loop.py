@@ -11,8 +11,8 @@ from cabledrive.rig.laws.controllers import DesignSpec, plant_chain
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.setting import Disturbance, Motion, RigOptions
 from cabledrive.rig.tuning import design
-from dissertation_runs import loop_of, track
-from oracles.loop_reference import run_reference
+from oracles.readable_plant import run_reference
+from rig_runs import loop_of, track
 
 DRIVE = load_drive("dissertation-3")
 IDEAL = RigOptions(ideal_sensors=True)

@@ -16,7 +16,7 @@ from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.plant_samples import Disturbances, load_disturbances, with_disturbances
 from cabledrive.rig.tracking import log_text
 from control_chains import INTERVAL, model, states_of
-from dissertation_runs import track
+from rig_runs import track
 from true_plants import followed, truth_of
 
 DRIVE = load_drive("dissertation-3")

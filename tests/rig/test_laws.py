@@ -20,7 +20,7 @@ from cabledrive.rig.laws.controllers import DesignSpec, Spreads, law_for_chain, 
 from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_learning
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.plant_samples import sampled_chain
-from dissertation_runs import loop_of, track
+from rig_runs import loop_of, track
 
 DRIVE = load_drive("dissertation-3")
 SPEC = DesignSpec(DRIVE, Motion())

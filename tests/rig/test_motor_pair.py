@@ -13,8 +13,7 @@ from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.plant_samples import loop_with_loads, sampled_loops
 from cabledrive.rig.tuning import design
-from oracles.motor_pair import MotorPair
-from oracles.motor_pair import run as run_by_scipy
+from oracles.by_scipy import MotorPair, run_pair
 
 DEGREE, COUNT = np.pi / 180.0, 0.036
 BACKLASH, FRICTIONLESS = ["motor.backlash=1 deg"], ["motor.coulomb_friction=0", "motor.offset_torque=0"]
@@ -46,7 +45,7 @@ def test_the_pair_moves_as_scipy_integrates_it_also_where_a_flank_opens(measured
         motor=1.1e-3, viscous=3.1e-3, stiffness=135.0, loss=0.075, gap=DEGREE, shaft=6.42e-4, load=2.35e-3,
         cable=2.0 * 850.0 * 0.04**2, cable_loss=2.0 * 0.18 * 0.04, rate=2.0 * np.pi * 1000.0,
     )  # fmt: skip
-    angles, flanks = run_by_scipy(gear, 0.3, done.flanks[:, 2:4], loop.rig.forces[:, 1], 2e-4)
+    angles, flanks = run_pair(gear, 0.3, done.flanks[:, 2:4], loop.rig.forces[:, 1], 2e-4)
     assert flanks.min() < -0.01, "no flank opened: the case is too mild"
     ours = np.degrees(done.log[:, 2])
     theirs = np.degrees(angles[:, 3])

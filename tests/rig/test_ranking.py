@@ -22,7 +22,7 @@ from cabledrive.rig.margins import (
     torque_parts,
 )
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
-from dissertation_runs import loop_of
+from rig_runs import loop_of
 
 DRIVE = cd.load_drive("dissertation-3")
 

@@ -21,8 +21,8 @@ from cabledrive.rig.laws.load_learning import SCHEDULED
 from cabledrive.rig.plant_samples import Disturbances, disturbances_of, disturbed_loop
 from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout, parse_payload_range
 from cabledrive.rig.tuning import design
-from dissertation_runs import loop_of
-from hanging_loads import scaled_transporter
+from command import refused
+from rig_runs import loop_of, scaled_transporter
 
 DRIVE = cd.load_drive("dissertation-3")
 LOOSE = cd.load_drive("dissertation-3", overrides=["motor.backlash=1 deg"])
@@ -33,15 +33,6 @@ LINE = scaled_transporter(cd.load_drive("dissertation-transporter"))
 SHORT = Motion(angle=5.0, rise=0.15, dwell=0.05, order=11)
 IDEAL = RigOptions(ideal_sensors=True)
 WIDE = Motion(order=11, payload=(Payload(factor=3.5, start=0.7),), payload_range=(0.5, 4.0))
-
-
-def refused(call, named):
-    """The call is refused in one line that names all of this."""
-    with pytest.raises(cd.InputRefused) as refusal:
-        call()
-    words = str(refusal.value)
-    assert "\n" not in words
-    assert all(part in words for part in named), words
 
 
 def tracked(*named, drive=DRIVE, **choices):
@@ -161,7 +152,7 @@ SPECS = [
 
 @pytest.mark.parametrize("call, named", [*RUNS, *WINCHES, *CARRIAGES, *SPECS])
 def test_what_cannot_be_run_is_refused_in_one_line_that_names_it(call, named):
-    refused(call, named)
+    refused(call, *named)
 
 
 def late(value):
@@ -212,7 +203,7 @@ def growing(gains, state, measurement, reference):
 )
 def test_what_an_own_controller_must_not_return_or_be_is_named(parts, named):
     given = SimpleNamespace(**({"step": held, "gains": np.zeros(6)} | parts))
-    refused(lambda: track(DRIVE, controller=given, motion=SHORT), named)
+    refused(lambda: track(DRIVE, controller=given, motion=SHORT), *named)
 
 
 def own_plant(**parts):
@@ -247,7 +238,7 @@ def chain(**parts):
     ],
 )
 def test_a_plant_that_does_not_fit_is_named(plant, named):
-    refused(lambda: track(LINEAR, controller="pd", plant=plant, motion=SHORT), named)
+    refused(lambda: track(LINEAR, controller="pd", plant=plant, motion=SHORT), *named)
 
 
 OWN = cd.OwnController(step=held, gains=np.zeros(6))
@@ -268,7 +259,7 @@ SMOOTHED = RigOptions(smooth_friction=True)
     ],
 )
 def test_what_is_no_controller_and_settings_that_parts_of_ones_own_do_not_have_are_named(choices, named):
-    refused(lambda: track(LINEAR, motion=SHORT, **choices), [named])
+    refused(lambda: track(LINEAR, motion=SHORT, **choices), named)
 
 
 def controller_file(folder, law="pd", hertz=6.0, **changes):
@@ -296,7 +287,7 @@ def controller_file(folder, law="pd", hertz=6.0, **changes):
 )
 def test_a_controller_file_that_does_not_fit_is_named(changes, choices, named, tmp_path):
     path = controller_file(tmp_path, **changes)
-    refused(lambda: track(DRIVE, controller=path, motion=SHORT, **choices), named)
+    refused(lambda: track(DRIVE, controller=path, motion=SHORT, **choices), *named)
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "{}", '{"drive_hash": 1}', "\x00", "3", None])
@@ -304,4 +295,4 @@ def test_what_is_no_controller_file_is_named(text, tmp_path):
     path = tmp_path / "controller.json"
     if text is not None:
         Path(path).write_text(text)
-    refused(lambda: track(DRIVE, controller=path, motion=SHORT), ["controller.json"])
+    refused(lambda: track(DRIVE, controller=path, motion=SHORT), "controller.json")

@@ -1,15 +1,13 @@
 """Bounds of the theorem and of the laws that learn the load: kept along a run, or an assumption is named."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from cabledrive.control.bound import ErrorBound
 from cabledrive.control.darc import printed_bounds
-from cabledrive.parameters import Drive, InputRefused, load_drive
+from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import FLEXIBLE_JOINT, highest_model
 from cabledrive.rig import Motion, RigOptions, track
 from cabledrive.rig.bounds import BoundCheck, check_theorem
@@ -149,14 +147,11 @@ LONGEST = 1.5
 """Longest rise [s]: what happens, happens in less, and every sample costs."""
 
 
-Spec = tuple[Drive, dict[str, Any]]
-
-
 def adversarial_runs(runs, seed, spec=None):
     """What seeded runs said, each with its spec; specs that are refused or have no bound are drawn again."""
     found = []
     for generator in np.random.default_rng(seed).spawn(runs):
-        said: dict[str, Any] = {"theory_bound_deg": None}
+        said = {"theory_bound_deg": None}
         while said["theory_bound_deg"] is None:
             drive, choices = (spec or adversarial_spec)(generator)
             try:
@@ -175,7 +170,7 @@ def adversarial_spec(rng):
     order = None if rng.random() < 0.9 else int(rng.choice([5, 7, 9, 13]))
     motion = drawn_motion(drive, rng, order)
     bandwidth = None if rng.random() < 0.02 else spread(rng, 5.0, 80.0)
-    choices: dict[str, Any] = {
+    choices = {
         "controller": law,
         "motion": motion,
         "bandwidth": bandwidth,
@@ -200,13 +195,12 @@ def drawn_drive(rng):
         return load_drive("finger-tendon")
     drive = load_drive("dissertation-3")
     motor, lumped = drive.motor, drive.lumped
+    least = dict(
+        inertia=0.3, viscous_friction=0.1, coulomb_friction=0.1, joint_stiffness=0.3, joint_damping=0.1
+    )
     motor = replace(
         motor,
-        inertia=motor.inertia * spread(rng, 0.3, 3.0),
-        viscous_friction=motor.viscous_friction * spread(rng, 0.1, 3.0),
-        coulomb_friction=motor.coulomb_friction * spread(rng, 0.1, 3.0),
-        joint_stiffness=motor.joint_stiffness * spread(rng, 0.3, 3.0),
-        joint_damping=motor.joint_damping * spread(rng, 0.1, 3.0),
+        **{name: getattr(motor, name) * spread(rng, low, 3.0) for name, low in least.items()},
         offset_torque=float(rng.choice([0.0, 0.005, -0.005])),
         current_bandwidth=None if rng.random() < 0.2 else spread(rng, 300.0, 5_000.0),
     )
@@ -262,7 +256,9 @@ def drawn_options(drive, motion, rng):
 def sampled_plant(drive, law, rng):
     """The drive as it is: the motor within a law's bounds or on them, sometimes beyond, or another cable."""
     motor = drive.motor
-    bounds = law_bounds(drive, law)
+    model = int(law.split("-")[1]) if law[5].isdigit() else highest_model(drive)
+    bounds = printed_bounds(plant_chain(drive, model), flexible_joint=FLEXIBLE_JOINT[model])
+    away = np.column_stack((bounds.low, bounds.high)) - bounds.nominal[:, None]
     corner = rng.random() < 0.4
 
     def within(low, high):
@@ -270,7 +266,7 @@ def sampled_plant(drive, law, rng):
 
     names = ("inertia", "viscous_friction", "coulomb_friction", "offset_torque")
     changed = {
-        name: getattr(motor, name) + within(*pair) for name, pair in zip(names, bounds.tolist(), strict=True)
+        name: getattr(motor, name) + within(*pair) for name, pair in zip(names, away.tolist(), strict=True)
     }
     if rng.random() < 0.06:
         name = str(rng.choice(names[:3]))
@@ -283,35 +279,25 @@ def sampled_plant(drive, law, rng):
     return replace(plant, **_other_cable(plant, rng)) if rng.random() < 0.1 else plant
 
 
-def law_bounds(drive, law):
-    """How far the motor's inertia, friction and offset may lie from the drive's, shape (4, 2)."""
-    model = int(law.split("-")[1]) if law[5].isdigit() else highest_model(drive)
-    bounds = printed_bounds(plant_chain(drive, model), flexible_joint=FLEXIBLE_JOINT[model])
-    return np.column_stack((bounds.low - bounds.nominal, bounds.high - bounds.nominal))
-
-
 def _other_cable(plant, rng):
     """Cable or load of another size than the law believes, or friction at the load."""
-    pulley = plant.load_pulley
-    kinds: dict[str, Callable[[], dict[str, Any]]] = {
-        "inertia": lambda: _pulley(plant, inertia=pulley.inertia * spread(rng, 0.7, 1.4)),
-        "friction": lambda: _pulley(plant, coulomb_friction=spread(rng, 1e-4, 0.05)),
-        "viscous": lambda: _pulley(plant, viscous_friction=spread(rng, 1e-5, 0.01)),
+    first, load = plant.pulley
+    changes = {
+        "inertia": (0.7 * load.inertia, 1.4 * load.inertia),
+        "coulomb_friction": (1e-4, 0.05),
+        "viscous_friction": (1e-5, 0.01),
     }
     if plant.lumped is not None:
-        lumped = plant.lumped
-        kinds["stiffness"] = lambda: {
-            "lumped": replace(lumped, cable_stiffness=lumped.cable_stiffness * spread(rng, 0.7, 1.4))
+        stiffness, damping = plant.lumped.cable_stiffness, plant.lumped.cable_damping
+        changes |= {
+            "cable_stiffness": (0.7 * stiffness, 1.4 * stiffness),
+            "cable_damping": (0.3 * damping, 3.0 * damping),
         }
-        kinds["damping"] = lambda: {
-            "lumped": replace(lumped, cable_damping=lumped.cable_damping * spread(rng, 0.3, 3.0))
-        }
-    return kinds[str(rng.choice(list(kinds)))]()
-
-
-def _pulley(plant, **changes):
-    first, last = plant.pulley
-    return {"pulley": (first, replace(last, **changes))}
+    name = str(rng.choice(list(changes)))
+    size = {name: spread(rng, *changes[name])}
+    if name.startswith("cable"):
+        return {"lumped": replace(plant.lumped, **size)}
+    return {"pulley": (first, replace(load, **size))}
 
 
 def test_the_share_of_a_bound_is_the_largest_where_the_bound_is_open():

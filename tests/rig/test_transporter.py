@@ -26,7 +26,7 @@ from cabledrive.rig.carriage import (
     transporter_rates,
 )
 from cabledrive.trajectories import Move, Trajectory
-from hanging_loads import along_the_way, residual_motion, scaled_transporter
+from rig_runs import along_the_way, residual_motion, scaled_transporter
 
 DRIVE = scaled_transporter(load_drive("dissertation-transporter"))
 MACHINE = transporter_of(DRIVE, payload_mass=0.25, line_length=0.25)

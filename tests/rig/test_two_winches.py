@@ -14,7 +14,7 @@ from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.setting import stepped_in
 from cabledrive.rig.winch_plan import design_tensions, plan_motion
 from cabledrive.rig.winch_summary import summarize
-from oracles.two_winches import Winches, run
+from oracles.by_scipy import Winches, run_winches
 
 CAMERA = cd.load_drive("camera-winches")
 RAIL = cd.load_drive(str(Path(__file__).parents[2] / "examples" / "rail_winches.toml"))
@@ -78,7 +78,9 @@ def test_the_rig_moves_as_scipy_integrates_the_winches(late):
         sent.append(law(*seen))
         return sent.pop(0)
 
-    places, tensions, _ = run(winches_of(mass=mass), delayed, setup.table, force, setup.design.gains.interval)
+    places, tensions, _ = run_winches(
+        winches_of(mass=mass), delayed, setup.table, force, setup.design.gains.interval
+    )
     assert numbers.mass[0] == pytest.approx(30.27, abs=0.01)
     np.testing.assert_allclose(ours[:, :2], places, atol=(5e-3 if late else 1e-3) * np.abs(places).max())
     np.testing.assert_allclose(ours[:, 2:4], tensions, atol=0.01 * tensions.max())
@@ -104,7 +106,7 @@ def test_on_the_winches_of_scipy_the_tension_stays_above_its_least(count):
 
         winches = winches_of(mass=mass, coulomb=rng.uniform(0.5, 3.0))
         force, interval = winch_run.drawn_gusts(setup, rng), setup.design.gains.interval
-        _, _, least = run(winches, watched, setup.table, force, interval, rtol=1e-6)
+        _, _, least = run_winches(winches, watched, setup.table, force, interval, rtol=1e-6)
         held += least >= setup.design.floor
         used = setup.used
         reshaped += used > 1.0

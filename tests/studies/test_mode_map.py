@@ -2,7 +2,6 @@
 
 import math
 from math import cos, pi, sin
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
-from cabledrive.parameters.drive_file import drive_from_text
+from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import moved
@@ -83,9 +82,8 @@ SHEAVE = Order(name="sheave", pulley="traction sheave")
 def drawn_lift(seed):
     """The packaged lift with limp ropes, other masses and another sheave."""
     rng = np.random.default_rng(seed)
-    text = (Path(cd.__file__).parent / "parameters" / "drives" / "lift-2-to-1.toml").read_text()
     limp = 'axial_rigidity = "1.4 MN"\nmass_per_length = "0.22 kg/m"'
-    drive = drive_from_text(text.replace('type = "8x19-8mm"', limp))
+    drive = drive_from_text(packaged_text("lift-2-to-1").replace('type = "8x19-8mm"', limp))
     ranges = {
         "body.car.mass": (1300.0, 2300.0),
         "body.counterweight.mass": (1500.0, 2000.0),

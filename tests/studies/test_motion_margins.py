@@ -13,7 +13,7 @@ from cabledrive.studies.motion_margins import EXCEEDED, motion_margins
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.sway import sway
 from command import answer, refusal
-from oracles.hoists import span_tensions
+from oracles.by_scipy import span_tensions
 
 ATWOOD = """
 schema = 1

@@ -17,7 +17,7 @@ from cabledrive.app.schemas import schema_of
 from cabledrive.control import OwnController
 from cabledrive.report.blocks import listed, table_text
 from cabledrive.rig import BodyMotion, OwnPlant
-from hanging_loads import scaled_transporter
+from rig_runs import scaled_transporter
 
 NO_RESULTS = (OwnController, OwnPlant, reduction.LumpedChain)
 ROOMS = (cd, mechanics, modal, simulation, reduction, identification, rig, studies)

@@ -15,7 +15,7 @@ from cabledrive.studies.study.check_stage import _rounded_up, goals_for
 from cabledrive.studies.study.findings import rounded_up
 from cabledrive.studies.study.plants import CarriagePlant
 from cabledrive.studies.study.stage_cache import StageCache
-from hanging_loads import scaled_transporter
+from rig_runs import scaled_transporter
 from study_drives import judged_with
 
 BELT = load_drive("printer-belt")

@@ -13,7 +13,7 @@ from cabledrive.rig.closed_loop.loop import run, with_plant
 from cabledrive.rig.laws.load_learning import run_indirect
 from cabledrive.rig.margins import expected_bound
 from cabledrive.rig.plant_samples import sampled_chain, sampled_loops
-from dissertation_runs import loop_of, track
+from rig_runs import loop_of, track
 
 DRIVE = load_drive("dissertation-3")
 TWO = Motion(pulses=2)

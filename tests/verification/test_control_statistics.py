@@ -7,7 +7,7 @@ import pytest
 
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Motion, RigOptions
-from dissertation_runs import track
+from rig_runs import track
 
 DRIVE = load_drive("dissertation-3")
 CENTRED, DRIVE_SIDE = RigOptions(encoder_phase="centred"), RigOptions(feedback="drive")

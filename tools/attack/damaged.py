@@ -33,7 +33,7 @@ from cabledrive.rig.experiment import check_excitation, load_excitation
 from cabledrive.rig.plant_samples import load_disturbances
 from cabledrive.studies.planned_motion import read_motion
 from cabledrive.studies.study import load_goals
-from drive_mutations import FILES
+from drive_strategies import FILES
 from sound_logs import sound_logs
 
 SECONDS, BYTES = 5.0, 2 << 30

@@ -1,4 +1,4 @@
-"""A transporter large enough to carry a load, and what is left of its motion: for tests of the carriage."""
+"""Runs of the rig: with the gains and the pulse of the dissertation unless others are given; of carriages."""
 
 from dataclasses import replace
 
@@ -7,9 +7,30 @@ import numpy as np
 from cabledrive.control.transporter import frozen_poles
 from cabledrive.parameters import Motor
 from cabledrive.reduction.transporter import frozen_frequencies, transporter_of
-from cabledrive.rig import carriage
-from cabledrive.rig.setting import sample_interval
+from cabledrive.rig import Motion, RigOptions, carriage
+from cabledrive.rig import track as track_anew
+from cabledrive.rig.closed_loop.loop import close_loop
+from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.setting import DISSERTATION_ORDER, sample_interval
+from cabledrive.rig.tuning import design as design_law
 
+
+def track(drive, *, motion=None, gains="dissertation", **choices):
+    """Run a law with the gains and the pulse of the dissertation."""
+    motion = motion or Motion()
+    if motion.order is None:
+        motion = replace(motion, order=DISSERTATION_ORDER)
+    return track_anew(drive, motion=motion, gains=gains, **choices)
+
+
+def loop_of(law, drive, motion, options=None, plant=None, **choices):
+    """A loop around a law, given or designed by its name without a word of the rig's options."""
+    made = design_law(law, DesignSpec(drive, motion, **choices)) if isinstance(law, str) else law
+    spec = DesignSpec(drive, motion, options=options or RigOptions())
+    return close_loop(spec, made, np.random.default_rng(0), plant)
+
+
+# --- A transporter large enough to carry a load, and what is left of its motion
 SPREADS = {
     "payload_mass": 0.10,
     "line_length": 0.05,
