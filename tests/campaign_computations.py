@@ -5,11 +5,10 @@ import signal
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from cabledrive.campaign import Output, Row, SweepResult, run_sweep
+from cabledrive.campaign import Output, run_sweep
 from cabledrive.parameters import InputRefused
 
 
@@ -20,7 +19,7 @@ class Ishigami:
     identity: str = "ishigami"
     outputs: tuple[Output, ...] = (Output(name="y", unit="1", meaning="Ishigami's function"),)
 
-    def one(self, row: Row) -> dict[str, float]:
+    def one(self, row):
         x = [row.own[f"x{i}"] for i in (1, 2, 3)]
         return {"y": np.sin(x[0]) + 7.0 * np.sin(x[1]) ** 2 + 0.1 * x[2] ** 4 * np.sin(x[0])}
 
@@ -35,7 +34,7 @@ class Dangerous:
     identity: str = "dangerous"
     outputs: tuple[Output, ...] = (Output(name="square", unit="1", meaning="x squared"),)
 
-    def one(self, row: Row) -> dict[str, float]:
+    def one(self, row):
         x = row.own["x"]
         mark = Path(self.folder) / f"killed-{x:.0f}"
         if x in self.once and not mark.exists():
@@ -56,12 +55,12 @@ class Sleepy:
     identity: str = "sleepy"
     outputs: tuple[Output, ...] = (Output(name="y", unit="1", meaning="sine of x"),)
 
-    def one(self, row: Row) -> dict[str, float]:
+    def one(self, row):
         time.sleep(self.pause)
         return {"y": np.sin(row.own["x"])}
 
 
-def swept(folder: Path, text: str, store: str = "store.zarr", **options: Any) -> SweepResult:
+def swept(folder, text, store="store.zarr", **options):
     """A campaign whose file is written into a folder and run there."""
     (folder / "spec.toml").write_text(text)
     return run_sweep(folder / "spec.toml", folder / store, progress=False, **options)

@@ -5,18 +5,15 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 
 from cabledrive.parameters import InputRefused
 
 
-def run(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
+def run(*arguments, **options):
     """The command as a process of its own, as a shell starts it; every warning of Python's is an error."""
     command = [sys.executable, "-W", "error", "-m", "cabledrive", *map(str, arguments)]
     environment = os.environ | {"MPLBACKEND": "Agg"} | options.pop("env", {})
@@ -24,7 +21,7 @@ def run(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, **options)
 
 
-def python(code: str, *arguments: str, paths: Iterable[Path | str] = (), **environment: str) -> str:
+def python(code, *arguments, paths=(), **environment):
     """What lines of Python print in a new process, which finds modules as this one does, and in ``paths``."""
     known = {"PYTHONPATH": os.pathsep.join(map(str, [*paths, *sys.path]))}
     command = [sys.executable, "-c", code, *arguments]
@@ -33,12 +30,12 @@ def python(code: str, *arguments: str, paths: Iterable[Path | str] = (), **envir
     return done.stdout
 
 
-def listening() -> None:
+def listening():
     """In a new process, before it starts: Ctrl-C counts, also where the tests were set to ignore it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def call(*arguments: str) -> Result:
+def call(*arguments):
     """The command inside this process, which is faster; a defect comes through with its traceback."""
     from cabledrive.app.main import main
 
@@ -47,32 +44,32 @@ def call(*arguments: str) -> Result:
     return result
 
 
-def refuse(constant: str) -> None:
+def refuse(constant):
     raise ValueError(f"{constant} in JSON")
 
 
-def object_of(output: str) -> dict[str, Any]:
+def object_of(output):
     """The one JSON object of an output; no NaN, no Infinity, nothing before or after it."""
     found = json.loads(output, parse_constant=refuse)
     assert isinstance(found, dict)
     return found
 
 
-def answer(*arguments: str) -> dict[str, Any]:
+def answer(*arguments):
     """The JSON object of a command that succeeds."""
     result = call(*arguments, "--json")
     assert result.exit_code == 0, result.stderr
     return object_of(result.stdout)
 
 
-def refusal(*arguments: str, status: int = 2) -> str:
+def refusal(*arguments, status=2):
     """The one line of a command that fails with this status and prints nothing on standard output."""
     result = call(*arguments)
     assert (result.exit_code, result.stdout) == (status, ""), (result.exit_code, result.output)
     return the_line(result.stderr)
 
 
-def the_line(errors: str) -> str:
+def the_line(errors):
     """The one line on standard error, without the name of the program."""
     assert errors.count("\n") == 1, errors
     assert errors.endswith("\n"), errors
@@ -92,7 +89,7 @@ def refused(call, *named):
     return line
 
 
-def write_log(path: Path) -> None:
+def write_log(path):
     """A log of 2 s at 1 kHz: time, torque, angle."""
     time = 1e-3 * np.arange(2000)
     table = np.column_stack([time, np.sin(6 * time), np.degrees(np.cos(6 * time))])

@@ -1,6 +1,5 @@
 """What the tests share: measured logs, where they are present, and a repeatable Hypothesis."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,10 +13,10 @@ settings.load_profile("deterministic")
 
 
 @pytest.fixture(scope="session")
-def shared_data() -> Callable[[str], Path]:
+def shared_data():
     """Path of a measured log, by its name below ``../shared/data``; skips the test where it is absent."""
 
-    def path_of(name: str) -> Path:
+    def path_of(name):
         path = SHARED_DATA / name
         if not path.exists():
             pytest.skip(f"needs the measured log ../shared/data/{name}, which is not here")

@@ -9,23 +9,21 @@ import builtins
 import importlib
 from functools import cache
 from pathlib import Path
-from types import CodeType, FunctionType
-from typing import Any
 
 import pytest
 
-from other_code import Place, codes, place_of, text_of
+from other_code import codes, place_of, text_of
 
 SOURCES = Path(__file__).resolve().parent.parent / "src"
 KNOWN: set[str] = set()
 ENTERED: set[str] = set()
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser):
     parser.addoption("--every-kernel", action="store_true", help="marked tests have to enter every kernel")
 
 
-def pytest_configure(config: pytest.Config) -> None:
+def pytest_configure(config):
     if config.getoption("--every-kernel"):
         compiled = importlib.import_module("cabledrive.mechanics.compiled")
         assert not compiled.numba_at_hand(), "--every-kernel needs NUMBA_DISABLE_JIT=1"
@@ -33,7 +31,7 @@ def pytest_configure(config: pytest.Config) -> None:
         compiled._compile = noting
 
 
-def noting(function: FunctionType, *options: object, **more: object) -> FunctionType:
+def noting(function, *options, **more):
     """A kernel as plain Python that notes when it is entered; those of tests are left as they are."""
     if SOURCES not in Path(function.__code__.co_filename).parents:
         return function
@@ -42,19 +40,19 @@ def noting(function: FunctionType, *options: object, **more: object) -> Function
     return function
 
 
-def name_of(function: FunctionType) -> str:
+def name_of(function):
     return f"{function.__module__}.{function.__qualname__}"
 
 
 @cache
-def noting_codes(file: str) -> dict[Place, CodeType]:
+def noting_codes(file):
     module = ".".join(Path(file).relative_to(SOURCES).with_suffix("").parts)
     tree = ast.parse(text_of(file))
     note_in(tree, f"{module}.")
     return codes(ast.fix_missing_locations(tree), file)
 
 
-def note_in(tree: ast.AST, prefix: str) -> None:
+def note_in(tree, prefix):
     """Put the statement behind the docstring of each function, under its qualified name."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.FunctionDef):
@@ -69,7 +67,7 @@ def note_in(tree: ast.AST, prefix: str) -> None:
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_testnodedown(node: Any) -> None:
+def pytest_testnodedown(node):
     """In the controller: a worker has ended."""
     known, entered = getattr(node, "workeroutput", {}).get("kernels", ((), ()))
     KNOWN.update(known)
@@ -77,7 +75,7 @@ def pytest_testnodedown(node: Any) -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_sessionfinish(session: pytest.Session) -> None:
+def pytest_sessionfinish(session):
     config = session.config
     if not config.getoption("--every-kernel"):
         return
@@ -91,7 +89,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+def pytest_terminal_summary(terminalreporter, config):
     if config.getoption("--every-kernel"):
         for name in sorted(KNOWN - ENTERED):
             terminalreporter.line(f"no test with the marker kernel enters {name}", red=True)

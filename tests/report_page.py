@@ -14,7 +14,7 @@ VOID = {"meta", "link", "br", "img", "hr", "input"}
 
 
 @cache
-def page(*names: str) -> str:
+def page(*names):
     """The report of packaged drives, of two very different ones by default."""
     return report_html([load_drive(name) for name in names or DRIVES], written_at=TIME)
 
@@ -28,7 +28,7 @@ class Element:
     children: list["Element"] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
 
-    def all(self, tag: str) -> list["Element"]:
+    def all(self, tag):
         """Every element of a kind below this one, in order."""
         found = []
         for child in self.children:
@@ -37,7 +37,7 @@ class Element:
         return found
 
     @property
-    def text(self) -> str:
+    def text(self):
         """All words in it, one space between them."""
         return " ".join(" ".join(self.words).split())
 
@@ -45,7 +45,7 @@ class Element:
 class Reader(HTMLParser):
     """Reads a page strictly: an end tag that does not close the last open element is an error."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__()
         self.root = Element("page", {})
         self._open = [self.root]
@@ -80,5 +80,5 @@ class Reader(HTMLParser):
 
 
 @cache
-def read(*names: str) -> Reader:
+def read(*names):
     return Reader(page(*names))

@@ -11,7 +11,7 @@ TIME = 1e-3 * np.arange(ROWS)
 TORQUE, ANGLE = np.sin(40 * TIME), np.cumsum(np.sin(37 * TIME))
 
 
-def sound_logs(folder: Path) -> list[Path]:
+def sound_logs(folder):
     """One small log in every format that can be written here."""
     heads, columns = ("time [s]", "torque [N m]", "angle [rad]"), (TIME, TORQUE, ANGLE)
     rows = [",".join(f"{x:.6f}" for x in row) for row in zip(*columns, strict=True)]
@@ -39,7 +39,7 @@ def sound_logs(folder: Path) -> list[Path]:
     return sorted(folder.iterdir())
 
 
-def _binary(folder: Path, columns: dict[str, np.ndarray]) -> None:
+def _binary(folder, columns):
     import h5py
     import pyarrow as pa
     from pyarrow import parquet
@@ -65,7 +65,7 @@ def _binary(folder: Path, columns: dict[str, np.ndarray]) -> None:
     _bag(folder, plain)
 
 
-def _mcap(path: Path, columns: dict[str, np.ndarray]) -> None:
+def _mcap(path, columns):
     try:
         from mcap.writer import Writer
     except ImportError:
@@ -81,7 +81,7 @@ def _mcap(path: Path, columns: dict[str, np.ndarray]) -> None:
         writer.finish()
 
 
-def _bag(folder: Path, columns: dict[str, np.ndarray]) -> None:
+def _bag(folder, columns):
     try:
         from rosbags.rosbag2 import Writer
         from rosbags.typesys import Stores, get_typestore

@@ -7,16 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.identification.logs.log import Log, log_of
-from cabledrive.parameters import Drive, load_drive
+from cabledrive.identification.logs.log import log_of
+from cabledrive.parameters import load_drive
 from cabledrive.rig.experiment import Excitation, experiment
 from cabledrive.rig.setting import DEGREE
 from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.findings import Findings
-from cabledrive.studies.study.pipeline import StudyResult
-from cabledrive.studies.study.verdict_stage import Verdict, judge
+from cabledrive.studies.study.verdict_stage import judge
 
 FOLDER = Path(__file__).parent / "studies" / "drives"
 LIVELY = Excitation(kind="multisine", duration=12.0, amplitude=0.6, band=(0.25, 10.0), period=4.0)
@@ -34,7 +33,7 @@ class Case:
     reason: str
 
 
-def goals(angle: float, duration: float, **more: object) -> Goals:
+def goals(angle, duration, **more):
     options = {"dwell": 0.1, "draws": 20, "cable_draws": 0} | more
     return Goals(angle=angle * DEGREE, duration=duration, **options)
 
@@ -51,11 +50,11 @@ CASES = (
 )
 
 
-def drive_of(name: str) -> Drive:
+def drive_of(name):
     return load_drive(FOLDER / f"{name}.toml")
 
 
-def datasheet_of(drive: Drive) -> Drive:
+def datasheet_of(drive):
     """What a data sheet might say of this drive: some per cent beside the truth."""
     first, second = drive.pulley
     motor = replace(
@@ -69,11 +68,11 @@ def datasheet_of(drive: Drive) -> Drive:
 
 
 @cache
-def log_text(name: str, excitation: Excitation, seed: int = 1) -> str:
+def log_text(name, excitation, seed=1):
     return log_csv(experiment(drive_of(name), excitation, seed=seed))
 
 
-def written_log(folder: Path, name: str, excitation: Excitation | None) -> list[Path]:
+def written_log(folder, name, excitation):
     if excitation is None:
         return []
     path = folder / f"{name}.csv"
@@ -81,7 +80,7 @@ def written_log(folder: Path, name: str, excitation: Excitation | None) -> list[
     return [path]
 
 
-def log_with(names: tuple[str, ...]) -> Log:
+def log_with(names):
     """The lively log of the turntable, with some of its channels."""
     text = log_text("turntable", LIVELY)
     rows = np.loadtxt(StringIO(text), delimiter=",", skiprows=1).T
@@ -92,7 +91,7 @@ def log_with(names: tuple[str, ...]) -> Log:
     return log_of(rows[0], channels, {name: units[name] for name in names})
 
 
-def judged_with(found: StudyResult, goals: Goals, runs: AcceptanceResult) -> Verdict:
+def judged_with(found, goals, runs):
     """The verdict of a study, had its chosen law these runs and the study these goals."""
     error = goals.carriage_error if runs.plant == "carriage" else goals.error
     chosen = found.laws.chosen

@@ -11,9 +11,8 @@ from math import pi
 import numpy as np
 
 from cabledrive.mechanics.compiled import njit_strict
-from cabledrive.parameters import Drive
 from cabledrive.rig.closed_loop.chain_kernels import decide
-from cabledrive.rig.closed_loop.loop import Loop, loop_at_rest
+from cabledrive.rig.closed_loop.loop import loop_at_rest
 
 STEP = 20e-6
 """Longest step [s]; a sample holds a whole number of steps."""
@@ -33,17 +32,17 @@ class Truth:
     interval: float
     counts: tuple[float, float, float]
 
-    def __getitem__(self, name: str) -> float:
+    def __getitem__(self, name):
         return float(self.values[PLACE[name]])
 
-    def but(self, **changes: float) -> "Truth":
+    def but(self, **changes):
         values = self.values.copy()
         for name, value in changes.items():
             values[PLACE[name]] = value
         return replace(self, values=values)
 
 
-def truth_of(drive: Drive) -> Truth:
+def truth_of(drive):
     """The machine that a data sheet describes, from its plain numbers."""
     first, second, motor, sensors = *drive.pulley, drive.motor, drive.sensors
     gear = second.radius / first.radius
@@ -166,7 +165,7 @@ def followed(p, control, s, shown, step):
     return worst
 
 
-def errors(truth: Truth, loop: Loop, runs: int, seed: int) -> np.ndarray:
+def errors(truth, loop, runs, seed):
     """Largest error of the load in each run, encoders at random phases [rad at the load]."""
     found = np.zeros(runs)
     shown = np.array([0, 1, 2] if loop.chain.size == 3 else [0, 2])
@@ -179,7 +178,7 @@ def errors(truth: Truth, loop: Loop, runs: int, seed: int) -> np.ndarray:
     return found
 
 
-def shaken_log(truth: Truth, seconds: float, amplitude: float, seed: int):
+def shaken_log(truth, seconds, amplitude, seed):
     """Torque as logged and angles as read, at the first shaft, under a multisine at 1 kHz."""
     generator, interval = np.random.default_rng(seed), 1e-3
     time = interval * np.arange(round(seconds / interval))
@@ -197,7 +196,7 @@ def shaken_log(truth: Truth, seconds: float, amplitude: float, seed: int):
     return logged, read
 
 
-def log_text(truth: Truth, seconds: float, amplitude: float, seed: int) -> str:
+def log_text(truth, seconds, amplitude, seed):
     """The same log of torque, motor, drive and load angle as comma-separated values."""
     torque, read = shaken_log(truth, seconds, amplitude, seed)
     columns, heads = [1e-3 * np.arange(torque.size), torque], ["time [s]", "torque [N m]"]

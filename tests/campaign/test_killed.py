@@ -8,7 +8,6 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -22,14 +21,14 @@ from command import object_of, python, refusal, run
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and processes of POSIX")
 
 
-def contents(store: Path) -> dict[str, bytes]:
+def contents(store):
     """All files of a store but those of the times that rows took."""
     files = (path for path in store.rglob("*") if path.is_file())
     named = {str(path.relative_to(store)): path for path in files}
     return {name: path.read_bytes() for name, path in named.items() if not name.startswith("time/")}
 
 
-def transporter_modes(*, rows: int, chunk: int) -> str:
+def transporter_modes(*, rows, chunk):
     """SPEC of rows that take some milliseconds each."""
     return f"""
 drive = "dissertation-transporter"

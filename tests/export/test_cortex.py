@@ -34,7 +34,7 @@ def board(request, tmp_path_factory):
     return request.param, folder
 
 
-def emulated(folder, *more: str) -> subprocess.CompletedProcess[str]:
+def emulated(folder, *more):
     command = [EMULATOR, *MACHINE, *more, "-kernel", "check.elf"]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
 

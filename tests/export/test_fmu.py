@@ -27,7 +27,7 @@ ERROR = 3
 
 
 @cache
-def package(version: int, what: str, law: str = "darc-4") -> bytes:
+def package(version, what, law="darc-4"):
     source = source_of(law)
     block = controller_block(source) if what == "controller" else system_block(source, what)
     files, _ = fmu_package(block, version)
@@ -37,7 +37,7 @@ def package(version: int, what: str, law: str = "darc-4") -> bytes:
 class Slave:
     """An FMU stepped by hand."""
 
-    def __init__(self, folder, version: int, what: str, law: str = "darc-4", content: bytes | None = None):
+    def __init__(self, folder, version, what, law="darc-4", content=None):
         path = folder / "one.fmu"
         path.write_bytes(content or package(version, what, law))
         self.described = fmpy.read_model_description(str(path))
@@ -69,7 +69,7 @@ class Slave:
         getter = self.fmu.getReal if self.version == 2 else self.fmu.getFloat64
         return list(getter([self.numbers[name] for name in names]))
 
-    def step(self, k: int, size: float):
+    def step(self, k, size):
         self.fmu.doStep(currentCommunicationPoint=k * size, communicationStepSize=size)
 
 
@@ -138,7 +138,7 @@ def test_a_state_can_be_kept_and_taken_up_again(version, tmp_path):
     one.start()
     time = source_of("darc-4").law.sample_time
 
-    def run(first: int) -> list[float]:
+    def run(first):
         angles = []
         for k in range(first, first + 40):
             one.set(command=0.2)
@@ -169,13 +169,13 @@ DRIVES = {"loop": "dissertation-1", "network": "corexy"}
 
 
 @cache
-def cable_package(name: str, version: int):
+def cable_package(name, version):
     block = cable_block(cd.load_drive(name))
     files, notes = fmu_package(block, version)
     return next(iter(files.values())), notes, block.words["cable"]
 
 
-def slave(folder, name: str, version: int) -> Slave:
+def slave(folder, name, version):
     return Slave(folder, version, "cable", content=cable_package(name, version)[0])
 
 

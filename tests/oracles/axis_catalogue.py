@@ -55,7 +55,7 @@ class Truth:
     noise: str
 
     @property
-    def name(self) -> str:
+    def name(self):
         """All four words."""
         return "/".join((self.fault, self.excitation, self.convention, self.noise))
 
@@ -110,7 +110,7 @@ def _truths():
 TRUTHS = _truths()
 
 
-def made(truth: Truth, seed: int, duration: float = DURATION) -> Made:
+def made(truth, seed, duration=DURATION):
     """One log, of a truth of the list or of another.
 
     ``duration``: [s].

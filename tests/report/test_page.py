@@ -22,7 +22,7 @@ from cabledrive.report.typesetting import typeset
 from report_page import TIME, Reader, page, read
 
 
-def attributes(name: str) -> list[tuple[str, str]]:
+def attributes(name):
     """Every use of an attribute on the page: element and value."""
     everything = [e for tag in set(re.findall(r"<(\w+)", page())) for e in read().root.all(tag.lower())]
     return [(e.tag, e.attributes[name]) for e in everything if name in e.attributes]
@@ -99,7 +99,7 @@ def test_words_of_a_drive_file_are_shown_as_they_are():
 
 
 # --- Numbers, words and colours: customary units, as print has them, readable in light and dark
-def plain(text: str) -> str:
+def plain(text):
     return text.replace("\N{NARROW NO-BREAK SPACE}", " ")
 
 
@@ -161,7 +161,7 @@ N, W = "\N{NARROW NO-BREAK SPACE}", "\N{NO-BREAK SPACE}"
         ("right to 5 % and", f"right to 5{N}% and"),
     ],
 )
-def test_words_are_set_as_print_has_them(plain: str, set_: str):
+def test_words_are_set_as_print_has_them(plain, set_):
     assert typeset(f"<p>{plain}</p>") == f"<p>{set_}</p>"
 
 
@@ -174,7 +174,7 @@ def test_words_are_set_as_print_has_them(plain: str, set_: str):
         "<math><mi>T0</mi><mo>-5</mo></math>",
     ],
 )
-def test_code_formulas_and_tags_are_left_alone(html: str):
+def test_code_formulas_and_tags_are_left_alone(html):
     assert typeset(html) == html
 
 
@@ -182,13 +182,13 @@ def test_code_formulas_and_tags_are_left_alone(html: str):
 WORDS = ("ink", "quiet", "blue", "orange", "green", "purple", "ochre", "red")
 
 
-def luminance(colour: str) -> float:
+def luminance(colour):
     parts = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
     linear = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
     return sum(w * p for w, p in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
 
 
-def contrast(one: str, other: str) -> float:
+def contrast(one, other):
     """Contrast ratio of the Web Content Accessibility Guidelines, 1 to 21."""
     low, high = sorted((luminance(one), luminance(other)))
     return (high + 0.05) / (low + 0.05)

@@ -10,7 +10,7 @@ import cabledrive as cd
 from cabledrive.control.bound import impulse_response
 from cabledrive.rig import Motion, RigOptions
 from cabledrive.rig import track as best_track
-from cabledrive.rig.closed_loop.loop import Loop, run
+from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import (
@@ -28,7 +28,7 @@ DRIVE = cd.load_drive("dissertation-3")
 
 
 @cache
-def loop() -> Loop:
+def loop():
     return loop_of("darc-4-damped", DRIVE, Motion(), best=True)
 
 
