@@ -18,18 +18,6 @@ from command import call, listening, object_of, run, the_line
 needs_full_disk = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is full")
 
 
-def ending_of(capsys, error):
-    """Exit status and line of a command that raises an error."""
-
-    def fail():
-        raise error
-
-    status = status_of(fail)
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    return status, the_line(captured.err)
-
-
 NEW, KEPT = "nothing was kept; run the same command again", "12 of 40 draws are kept; add --resume to go on"
 
 
@@ -42,8 +30,13 @@ NEW, KEPT = "nothing was kept; run the same command again", "12 of 40 draws are 
     ],
 )
 def test_a_defect_is_status_1_and_named_an_interrupt_130_and_says_how_to_go_on(capsys, error, status, words):
-    found, line = ending_of(capsys, error)
-    assert found == status
+    def fail():
+        raise error
+
+    assert status_of(fail) == status
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    line = the_line(printed.err)
     assert all(part in line for part in words), line
 
 

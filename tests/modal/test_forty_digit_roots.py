@@ -23,16 +23,12 @@ MACHINES = [
 ]
 
 
-def listed(modes):
-    """Angular frequencies with all the digits they have, and multiplicities, longitudinal."""
-    omegas = [2 * mp.pi * mpf(mode.frequency) for mode in modes.longitudinal]
-    return omegas, [mode.multiplicity for mode in modes.longitudinal]
-
-
 def check_against(roots, modes, measured):
     """Every root is listed once, with its multiplicity, as exactly as claimed; returns the multiple ones."""
-    omegas, multiplicities = listed(modes)
-    spread = [omega for omega, m in zip(omegas, multiplicities, strict=True) for _ in range(m)]
+    multiplicities = [mode.multiplicity for mode in modes.longitudinal]
+    spread = [
+        2 * mp.pi * mpf(mode.frequency) for mode in modes.longitudinal for _ in range(mode.multiplicity)
+    ]
     found = []
     for number, (omega, root) in enumerate(zip(spread[:MODES], roots, strict=False)):
         others = [abs(root - other) / root for k, other in enumerate(roots) if k != number]

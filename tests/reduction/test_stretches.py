@@ -271,24 +271,12 @@ def test_oscillators_are_those_of_internal_resonance():
 
 
 # --- A sagging loop, Eq. (A.36)
-def held_line(sag_parameter_scale):
-    """A level line between held pulleys, lightly sagging."""
-    pulleys = tuple(cd.Pulley(radius=0.05, inertia=1.0, fixed=True) for _ in range(2))
-    return cd.Drive(
-        name="line",
-        kind="line",
-        cable=cd.Cable(
-            youngs_modulus=1e12, area=1e-6, mass_per_length=0.08, pretension=250.0 * sag_parameter_scale
-        ),
-        layout=cd.Layout(span_length=50.0),
-        pulley=pulleys,
-    )
-
-
 @pytest.mark.parametrize("scale", [3.0, 6.0])
 def test_sag_raises_the_first_symmetric_mode_in_the_plane_as_irvine_says(scale, measured):
     """tan x = x - 4 x^3 / lambda^2 with x half the wave number times the span; uniform tension along it."""
-    drive = held_line(scale)
+    cable = cd.Cable(youngs_modulus=1e12, area=1e-6, mass_per_length=0.08, pretension=250.0 * scale)
+    layout, pulley = cd.Layout(span_length=50.0), cd.Pulley(radius=0.05, inertia=1.0, fixed=True)
+    drive = cd.Drive(name="line", kind="line", cable=cable, layout=layout, pulley=(pulley, pulley))
     state = static_state(drive, segments=200)
     model, _ = sagging.sagging_model(
         drive, state, sagging.longitudinal_modes(drive, state, 0.0), [range(1, 12)]
