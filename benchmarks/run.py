@@ -26,7 +26,7 @@ def main() -> int:
         parser.error(f"no case {', '.join(unknown)}: choose from {', '.join(cases)}")
     for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA"):  # before any of them is loaded
         os.environ[f"{library}_NUM_THREADS"] = "1"
-    sys.path.insert(0, str(HERE))
+    sys.path[:0] = [str(HERE), str(HERE.parent)]  # the cases, and what of the dissertation they compare
     from harness import ROUNDS, machine, one_core
 
     one_core()
