@@ -17,6 +17,7 @@ def section_2_4(quick: bool) -> Outcome:
 
 
 def amplification(courant: float) -> float:
-    r"""Growth of the shortest wave a step, :math:`|g|, g^2 - (2 - 4\sigma^2\sin^2(\pi(n-1)/2n))g + 1 = 0`."""
+    """Growth per step of the shortest wave of the linear scheme, one where it is stable."""
+    # |g| of g^2 - (2 - 4 sigma^2 sin^2(pi (n - 1) / 2 n)) g + 1 = 0
     bend = 4.0 * courant**2 * np.sin(0.5 * np.pi * (SEGMENTS - 1) / SEGMENTS) ** 2
     return float(np.max(np.abs(np.roots([1.0, bend - 2.0, 1.0]))))

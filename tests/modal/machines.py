@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
+from cabledrive.mechanics import Chain, Pendant
 from cabledrive.mechanics.chain import own_chain
 from cabledrive.modal.component import Component
 from cabledrive.modal.elements import Rope
@@ -14,6 +15,13 @@ from cabledrive.parameters import Cable, Carriage, Drive, Layout, Motor, Pulley
 from oracles.network_fem import String, matrices
 from oracles.rope_fem import frequencies
 
+MOTOR = Pendant(stiffness=2500.0, mass=0.4, joint=2)
+LINE = Chain(
+    rigidity=438.0,
+    density=2.1e-4,
+    lengths=np.array([0.6, 0.37, 0.47]),
+    masses=np.array([0.8, 0.05, 0.2, 1.5]),
+)
 RADIUS = 0.5  # a power of two: J / r^2 gives back the mass it was made from, to the last bit
 
 

@@ -6,11 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
-from machines import drive, machine, pulley, some_cable, spread
+from machines import LINE, MOTOR, drive, machine, pulley, some_cable, spread
 from transfer_roots import exact_roots
 
 import cabledrive as cd
-from cabledrive.mechanics import Chain, Pendant
 from cabledrive.modal.lowest import against_lumped_springs
 from cabledrive.modal.tuning import tuned_pretension
 from command import refused
@@ -115,13 +114,6 @@ def test_a_span_as_long_as_a_file_may_say_rings_at_the_tone_of_a_string():
 # --- What `modes` and what is made of them refuse: each row a call, and what its one line names
 LOOP = cd.load_drive("dissertation-1")
 HELD = replace(LOOP, pulley=tuple(replace(pulley, fixed=True) for pulley in LOOP.pulley))
-MOTOR = Pendant(stiffness=2500.0, mass=0.4, joint=2)
-LINE = Chain(
-    rigidity=438.0,
-    density=2.1e-4,
-    lengths=np.array([0.6, 0.37, 0.47]),
-    masses=np.array([0.8, 0.05, 0.2, 1.5]),
-)
 LIMITS = [
     *(({"below": below}, ["below = "]) for below in (0.0, -1.0, np.nan, np.inf)),
     *(({"below": below}, ["lower it to about"]) for below in (1e7, 1e30)),

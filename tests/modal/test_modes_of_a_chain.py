@@ -4,20 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import by_multiplicity, finite_elements
+from machines import LINE, MOTOR, by_multiplicity, finite_elements
 
 import cabledrive as cd
 from cabledrive.mechanics import Chain, Pendant
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.batch import batch_of, many_spectra
 
-MOTOR = Pendant(stiffness=2500.0, mass=0.4, joint=2)
-LINE = Chain(
-    rigidity=438.0,
-    density=2.1e-4,
-    lengths=np.array([0.6, 0.37, 0.47]),
-    masses=np.array([0.8, 0.05, 0.2, 1.5]),
-)
 CABLES = {
     "rigidity": np.array([438.0, 9e4, 1.2e3]),
     "density": np.array([2.1e-4, 0.041, 6e-4]),

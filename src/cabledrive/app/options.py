@@ -299,6 +299,12 @@ def opt(kind: Any, words: str, default: Any = None, *, flags: str = "", **more: 
     return Declared(_add)
 
 
+HOW_HELD = opt(
+    "free|held|holding", "How the rotor is held; default: holding with a motor.holding_stiffness, else free."
+)
+"""The default of the parameter ``motor``."""
+
+
 def argument(metavar: str | None, **more: Any) -> Any:
     """A parameter that is an argument of the command; ``more``: for click."""
     return Declared(lambda name: click.argument(name, metavar=metavar, **more))

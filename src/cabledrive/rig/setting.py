@@ -1,5 +1,6 @@
 """What is asked of the rig, motion and options, both as words; the memory and time that a run may take."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, pi, sqrt
@@ -34,7 +35,7 @@ class Payload:
             raise InputRefused(f"payload from {self.start:.4g} s on is no time: give 0 s or more")
 
 
-class Task:
+class Task(ABC):
     """What is asked of a load: its way over the time, with the derivatives that a law follows."""
 
     __slots__ = ()
@@ -42,9 +43,9 @@ class Task:
     of: ClassVar[str]  # what moves, in words
 
     @property
+    @abstractmethod
     def trajectory(self) -> Trajectory:
         """The way over the time."""
-        raise NotImplementedError
 
     def samples(self, interval: float) -> int:
         """Of a run, its ends included, every ``interval`` [s]; refused beyond `MOST_MEMORY`."""

@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 from cabledrive.app.combinations import refuse_given
-from cabledrive.app.options import force_option, machine_argument, opt, subcommand
+from cabledrive.app.options import HOW_HELD, force_option, machine_argument, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters.route import Machine
 
@@ -28,10 +28,7 @@ def command(
         flags="--vary",
     ),
     count: int = opt("count", "Modes of each kind; default: 6.", 6),
-    motor: str | None = opt(
-        "free|held|holding",
-        "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
-    ),
+    motor: str | None = HOW_HELD,
     hold: tuple[str, ...] = opt("NAME", "Hold a part as well; repeatable.", multiple=True),
     orders: tuple[str, ...] = opt(
         "NAME=PART",

@@ -1,6 +1,6 @@
 """`cabledrive modes`: at which frequencies a drive rings, and that these are all."""
 
-from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
+from cabledrive.app.options import HOW_HELD, machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters.route.drive import Machine
 
@@ -12,10 +12,7 @@ def command(
     drive: Machine,
     below: float | None = opt("Hz", "Every mode below this frequency."),
     count: int | None = opt("count", "The first N frequencies of each kind instead; default: 10."),
-    motor: str | None = opt(
-        "free|held|holding",
-        "How the rotor is held; default: holding with a motor.holding_stiffness, else free.",
-    ),
+    motor: str | None = HOW_HELD,
     hold: tuple[str, ...] = opt(
         "NAME",
         'Hold a part as well: "drive pulley", "load pulley", "carriage 0", or a name of the file.',

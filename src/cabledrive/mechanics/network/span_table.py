@@ -125,15 +125,15 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
         *unheld_words(Motion(drive), statics),
         *_askew(drive),
         *_slipping(drive, statics),
-        *worn(drive),
+        *worn(drive, statics),
         *_elastic(drive, statics),
         *_pretension(drive, statics),
     )
 
 
-def worn(drive: RoutedDrive) -> Iterator[str]:
-    """Ropes near their strength at rest, and pulleys that bend them too much."""
-    statics = statics_of(drive)
+def worn(drive: RoutedDrive, statics: Statics | None = None) -> Iterator[str]:
+    """Ropes near their strength at rest, and pulleys that bend them too much; ``statics``: if known."""
+    statics = statics or statics_of(drive)
     for row in span_rows(drive, statics):
         if row["safety_factor"] is not None and row["safety_factor"] < _LITTLE_SAFETY:
             yield f"span {row['name']} has a safety factor of {row['safety_factor']:.3g} at rest"

@@ -5,7 +5,6 @@ from typing import Any
 
 from cabledrive.parameters.cable import RIGIDITY, Rope
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.drive_parts import Motor
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import (
@@ -42,7 +41,7 @@ def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
     motors = []
     for name, part, turns in zip(NAMES, parts, turned, strict=True):
         if turns and name == NAMES[0] and drive.motor is not None:
-            motors.append(RoutedMotor(pulley=name, **_alike(Motor, drive.motor)))
+            motors.append(RoutedMotor(pulley=name, **_alike(RoutedMotor, drive.motor)))
         elif turns:  # what gives its torque has the pulley's own inertia
             motors.append(RoutedMotor(pulley=name, inertia=part.inertia))
     rigidity = dict.fromkeys(RIGIDITY) | {"given_rigidity": drive.cable.axial_rigidity}
