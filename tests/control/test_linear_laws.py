@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from cabledrive.control import linear_laws, reference
 from cabledrive.control.law_kernels import adapt, feedback_command, reference_model_command
 from cabledrive.control.numbers import HIGH, KALMAN, LOW, ObserverNumbers
+from cabledrive.control.observers import Sampling, between_samples
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
@@ -187,3 +189,25 @@ def test_columns_of_a_law_that_learns_are_those_of_whole_arrays(inertias, measur
     measured(f"{gap.max():.1e} of the peak")
     assert load.columns == blocks.shape[1] == 3 * (2 * n + 1 + m)
     assert gap.max() < 1e-9
+
+
+@pytest.mark.parametrize(("late", "rate"), [(0.0, 0.0), (0.3, 0.0), (0.3, 4000.0), (0.0, 4000.0)])
+def test_a_sample_with_a_late_command_is_the_motion_in_two_parts(late, rate):
+    """The older command up to the delay, the newer one after it, through the lag of the torque loop."""
+    system, inputs = state_space(model(3))
+    column, (torque, older, newer, load) = inputs[:, 0], (0.4, -0.7, 0.9, 0.2)
+    sampling = Sampling(interval=INTERVAL, delay=late * INTERVAL, current_rate=rate)
+    transition, pushes, factors = between_samples(system, column, sampling)
+    state = np.concatenate((np.random.default_rng(2).normal(size=len(system)), [torque]))
+
+    def moved(begin, command, time):
+        def rates(_, y):
+            acting = y[-1] if rate else command
+            return np.append(system @ y[:-1] + column * (acting + load), rate * (command - y[-1]))
+
+        return solve_ivp(rates, (0.0, time), begin, rtol=1e-11, atol=1e-13).y[:, -1] if time else begin
+
+    end = moved(moved(state, older, late * INTERVAL), newer, (1.0 - late) * INTERVAL)
+    given = np.array([torque, older, newer, load])
+    np.testing.assert_allclose(transition @ state[:-1] + pushes @ given, end[:-1], rtol=1e-7, atol=1e-9)
+    assert factors @ given[:3] == pytest.approx(end[-1] if rate else newer, rel=1e-8)

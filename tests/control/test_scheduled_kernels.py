@@ -14,6 +14,7 @@ from cabledrive.control.numbers import (
     LEARNING,
     LOW,
     REFERENCE_MODEL,
+    SCHEDULED,
     ControllerState,
     LawNumbers,
     ObserverNumbers,
@@ -84,6 +85,26 @@ def test_a_filter_takes_in_readings_with_the_gain_of_the_announced_load():
         correct(observer, place, estimate, np.array([1.0, np.nan]), states, scratch)
         np.testing.assert_allclose(estimate, expected, rtol=1e-11)
         assert np.isnan(states).all()
+
+
+@pytest.mark.parametrize("told", [0.8, 1.0, 1.7])
+def test_a_scheduled_command_stands_about_what_the_announced_load_asks_for(told):
+    """Wanted states and torque grow with the load beyond 1; the feedback is that of one over the load."""
+    first, step, n2 = 0.5, 0.3, 4
+    rows, matrix, kept = RNG.normal(size=(3, 1 + n2)), RNG.normal(size=(1, 1 + n2 + 1)), kept_state()
+    kept.parameters[0] = told
+    numbers = LawNumbers(SCHEDULED, matrix, rows, np.zeros((5, 1)), np.array([1e-3, first, step, 0.3, 5.0]))
+    wanted, torque, more, heavier = RNG.normal(size=n2), 0.3, RNG.normal(size=n2), 0.2
+    row = np.concatenate((wanted, [torque], more, [heavier]))[None, :]
+    found, error = load_schedule.scheduled_command(numbers, kept, row, 0)
+    place = (1.0 / told - first) / step
+    gains = [np.interp(place, range(3), rows[:, j]) for j in range(1 + n2)]
+    target = wanted + (told - 1.0) * more
+    off = kept_state().states - target
+    friction = 0.3 * np.tanh(5.0 * target[2])
+    expected = 0.5 + torque + (told - 1.0) * heavier + friction + np.dot(gains[1:], off)
+    assert (found, error) == pytest.approx((expected, off[1]), rel=1e-12)
+    assert kept.memory[0] == pytest.approx(0.5 + gains[0] * matrix[0, 2] * off[1], rel=1e-12)
 
 
 def test_the_first_finite_reading_of_an_encoder_is_its_zero():

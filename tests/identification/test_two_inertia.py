@@ -10,6 +10,7 @@ import pytest
 from scipy import signal, stats
 
 from cabledrive.identification import two_sides
+from cabledrive.identification.chain_fit import ChainModel, FreeParameter, Record
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import InputRefused
@@ -270,3 +271,21 @@ def test_two_bandwidths_widen_an_interval_by_what_chance_does_not_part_them(halv
     sides = [SimpleNamespace(source="", interval=0.1 / two_sides.BANDS[1])]
     found = two_sides._narrowest(None, sides, ("one",), ("one",))
     assert found.beyond == pytest.approx([beyond], abs=1e-12)
+
+
+@pytest.mark.parametrize("rectified", [False, True])
+def test_derivatives_by_every_parameter_and_sensor_are_those_of_small_changes(rectified):
+    """Of the simulated speeds, behind a sensor with a lag and a threshold."""
+    parts = [("inertia", 0, 2e-3), ("inertia", 1, 3e-3), ("stiffness", 0, 8.0), ("damping", 0, 0.01)]
+    parts += [("viscous", 0, 2e-3), ("lag", 0, 5e-3), *([("threshold", 0, 0.3)] if rectified else [])]
+    free = tuple(FreeParameter(name=f"{what} {n}", quantity=what, number=n) for what, n, _ in parts)
+    chain = ChainModel(inertias=2, free=free, measured=(0, 1), rectified=rectified)
+    torque = 0.3 * np.sin(2 * pi * np.outer(2e-3 * np.arange(200), (1.9, 7.7))).sum(axis=1)
+    record = Record(input=torque, output=np.zeros((200, 2)), interval=2e-3)
+    place = np.log([value for *_, value in parts])
+    _, slopes = chain.compared(place, record)
+    for i in range(len(parts)):
+        ends = [chain.compared(place + step * np.eye(len(parts))[i], record)[0] for step in (1e-5, -1e-5)]
+        apart = np.abs((ends[0] - ends[1]) / 2e-5 - slopes[:, i]) / np.abs(slopes[:, i]).max()
+        # 5 %: where a sensor begins to see; the lag's own are those of speeds that are lines between steps
+        assert np.quantile(apart, 0.95) < (3e-4 if parts[i][0] == "lag" else 1e-6)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import cabledrive as cd
 from cabledrive.control.observers import FlankLaw
@@ -11,13 +12,13 @@ from cabledrive.parameters import load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act
 from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, PairNumbers
-from cabledrive.rig.closed_loop.chain_plant import chain_numbers
+from cabledrive.rig.closed_loop.chain_plant import chain_numbers, linear_step
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.loop_kernels import new_plant_state, plant_step, see_chain, sense_pair
 from cabledrive.rig.front_door import own_law
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.plant_samples import over, sampled_loops
-from control_chains import INTERVAL, model, states_of
+from control_chains import INTERVAL, model, row_of, states_of
 from oracles.readable_plant import ReadablePlant
 from rig_runs import loop_of, track
 
@@ -278,3 +279,24 @@ def test_the_motor_of_a_cable_has_its_older_command_until_the_delay_has_passed()
         else:
             np.testing.assert_allclose(given, [2.0, 2.0, -1.0, -1.0, -1.0], atol=1e-12)
             assert end == -1.0
+
+
+@pytest.mark.parametrize("size", [1, 2, 4])
+def test_a_linear_sample_is_the_motion_of_inertias_and_springs(size):
+    """Newton's equations of the row, written out and integrated, the torque loop as a lag before them."""
+    chain, rate = row_of(size, np.random.default_rng(size)), 3000.0
+    begin, (command, motor, load) = 0.1 * np.random.default_rng(7).normal(size=2 * size + 1), (0.5, 0.2, -0.3)
+
+    def rates(_, y):
+        angle, speed, torque = y[:size], y[size:-1], np.zeros(size)
+        torque[0] += y[-1] + motor
+        torque[-1] += load
+        for i, (k, c) in enumerate(zip(chain.stiffness, chain.damping, strict=True)):
+            pull = k * (angle[i + 1] - angle[i]) + c * (speed[i + 1] - speed[i])
+            torque[i : i + 2] += pull, -pull
+        turned = (torque - chain.viscous * speed) / chain.inertias
+        return np.concatenate((speed, turned, [rate * (command - y[-1])]))
+
+    end = solve_ivp(rates, (0.0, INTERVAL), begin, rtol=1e-11, atol=1e-13).y[:, -1]
+    found = linear_step(chain, INTERVAL, rate) @ np.concatenate((begin, [command, motor, load]))
+    np.testing.assert_allclose(found, end, rtol=1e-8, atol=1e-10)

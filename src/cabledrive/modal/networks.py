@@ -176,7 +176,12 @@ def network_of_drive(
         if rest.lowest_tension <= 0.0 and not drive.layout.gravity:
             raise NotComputed(slack_line(next(own for own in sections if own.lowest_tension <= 0.0)))
     at_rest = {(one.span, one.start): (one, own) for own in sections for one in own.stretches}
-    cable, edges = drive.cable, {id(own): _edge(own, drive.cable.mass_per_length) for own in sections}
+    cable = drive.cable
+    edges = {
+        id(own): straight_above(own.stretches, cable.mass_per_length)
+        for own in sections
+        if own.lowest_tension > 0.0
+    }
     numbers = {id(own): number for number, own in enumerate(drive.carriage)}
     pieces: list[PieceOfSpan] = []
     parts: list[Wave | Rope] = []
@@ -231,11 +236,6 @@ def network_of_drive(
         rims=PULLEYS,
         slack=tuple(own for own in sections if own.lowest_tension <= 0.0),
     )
-
-
-def _edge(section: RestingSection, density: float) -> float:
-    """Where sag moves no mode of a section any more [rad/s]; 0 where it hangs slack."""
-    return straight_above(section.stretches, density) if section.lowest_tension > 0.0 else 0.0
 
 
 def slack_line(section: RestingSection) -> str:

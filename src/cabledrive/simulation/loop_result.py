@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 LOOP = Keys(
     "object: load_angle{number: peak_to_peak} drive_angle{number: peak_to_peak} "
     "upper_midpoint{number: peak}? lower_midpoint{number: peak}? error_estimate number: least_tension "
-    "flag: compiled note: interpreted texts: assumptions",
+    "flag: compiled note: interpreted",
     {"error_estimate": "not asked for by --error-estimate", "least_tension": NO_RECORD},
     {"error_estimate": "any"},
     (AUDIT,),
@@ -52,7 +52,6 @@ class SimulationResult(RunResult):
         "absolute v and w of each midpoint [m]"
     )
     error_estimate: "ErrorEstimate | None" = meaning("discretisation error, if it was asked for", None)
-    assumptions: tuple[str, ...] = meaning("what was left out", ())
 
     def probe(self, number: int) -> Array:
         """Displacements of a probe.
@@ -166,5 +165,4 @@ class SimulationResult(RunResult):
             "compiled": self.interpreted is None,
             "interpreted": self.interpreted,
             "error_estimate": asdict(self.error_estimate) if self.error_estimate else None,
-            "assumptions": list(self.assumptions),
         }

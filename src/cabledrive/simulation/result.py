@@ -41,8 +41,8 @@ class SlackEvent:
 
 NO_RECORD = "the run stopped before its first record"
 AUDIT = Keys(
-    "number: energy_budget_error step cfl wall_time count: steps note: stopped rows: slack_events{number: "
-    "time position tension text: span}",
+    "number: energy_budget_error step cfl wall_time count: steps note: stopped texts: assumptions "
+    "rows: slack_events{number: time position tension text: span}",
     {"energy_budget_error": NO_RECORD},
 )
 
@@ -85,6 +85,7 @@ class RunResult(Result):
     energy_at_rest: float = meaning(
         "what the ropes of a machine with routes store at rest [J], whose round-off is no motion", 0.0
     )
+    assumptions: tuple[str, ...] = meaning("what was left out", ())
     provenance: dict[str, Any] = meaning("version, drive, method and settings, as plain data")
     stopped: str | None = meaning("why the run ended early, in one line; None if it did not")
     wall_time: float = meaning("how long it took [s]")
@@ -149,7 +150,7 @@ class RunResult(Result):
             Variable(one.name.replace("/", "_"), ("time",), self.rows[:, k], one.unit, one.meaning)
             for k, one in enumerate(self.channels)
         ]
-        known = {**self.provenance, **self.summary()}
+        known = {**self.provenance, **self.summary(), "assumptions": "; ".join(self.assumptions)}
         del known["wall_time"]  # the same run gives the same file
         return Content(
             [Variable("time", ("time",), self.time, "s", "time of a record")], variables, {}, storable(known)
@@ -187,6 +188,7 @@ class RunResult(Result):
             "wall_time": self.wall_time,
             "cfl": self.cfl,
             "slack_events": [asdict(event) for event in self.slack_events],
+            "assumptions": list(self.assumptions),
         }
 
     def to_dataframe(self) -> Any:
@@ -205,8 +207,8 @@ class RunResult(Result):
 
 NETWORK = Keys(
     "map: coordinates{number: least largest peak_to_peak} rows: spans{text: name number: midpoint_peak "
-    "least_tension} wraps{text: pulley number: needed_friction friction} number: largest_motion texts: "
-    "assumptions warnings",
+    "least_tension} wraps{text: pulley number: needed_friction friction} number: largest_motion "
+    "texts: warnings",
     {
         "midpoint_peak": "motion across is left out",
         "least_tension": NO_RECORD,
@@ -243,17 +245,10 @@ class NetworkResult(RunResult):
     largest_motion: float = meaning(
         "largest motion of a span's end relative to its length; directions and lengths stay those at rest"
     )
-    assumptions: tuple[str, ...] = meaning("what was left out")
     wraps: tuple[dict[str, Any], ...] = meaning(
         "where bodies travel: largest friction coefficient that each pulley needed, beside the file's", ()
     )
     doubts: tuple[str, ...] = meaning("what the run assumed and did not keep to", ())
-
-    @property
-    def content(self) -> Content:
-        """Everything, as a dataset or a file takes it."""
-        found = super().content
-        return found._replace(attributes=found.attributes | {"assumptions": "; ".join(self.assumptions)})
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -290,6 +285,5 @@ class NetworkResult(RunResult):
             ],
             "wraps": list(self.wraps),
             "largest_motion": self.largest_motion,
-            "assumptions": list(self.assumptions),
             "warnings": list(self.warnings),
         }

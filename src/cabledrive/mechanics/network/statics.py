@@ -231,6 +231,11 @@ def _refuse_open(drive: RoutedDrive, ropes: Ropes, along: Array, passing: Set[in
         own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
         at = np.isin(ropes.span, own)
         pull = float(ropes.drop[at, 0].sum())
+        spans, rope = [drive.free_spans[i] for i in own], drive.ropes[number]
+        if route.closed:  # the weight that the rope on its pulleys would add
+            strain = (rope.pretension or 0.0) / rope.axial_rigidity
+            falls = [np.subtract(b.contacts[0], a.contacts[1]) for a, b in pairwise([*spans, spans[0]])]
+            pull += rope.density / (1.0 + strain) * float(np.sum(falls, axis=0) @ gravity(drive))
         passed = drive.free_spans[own[0]].start.pulley in passing and np.ptp(ropes.section[at]) == 0
         if route.closed and passed and abs(pull) > _BALANCED * (1.0 + np.abs(ropes.fallen[at, 0]).max()):
             raise InputRefused(

@@ -1,6 +1,7 @@
 """A loop round two pulleys as a machine with routes, and an axis of a route as such a loop."""
 
 from dataclasses import dataclass, field, fields, replace
+from math import hypot
 from typing import Any
 
 from cabledrive.parameters.cable import RIGIDITY, Rope
@@ -29,10 +30,13 @@ def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
         raise InputRefused("load torque: the load pulley is fixed and takes no torque: leave the column out")
     parts = (drive.drive_pulley, drive.load_pulley)
     turned = (drive.motor is not None or loaded, loaded)
+    apart = hypot(
+        drive.pulley_distance, parts[1].radius - parts[0].radius
+    )  # as long as they are, spans touch
     pulleys = tuple(
         RoutedPulley(
             name=name,
-            at=(i * drive.pulley_distance, 0.0),
+            at=(i * apart, 0.0),
             **_alike(RoutedPulley, part)
             | ({"inertia": 0.0} if turned[i] and (i == 1 or drive.motor is None) else {}),
         )
