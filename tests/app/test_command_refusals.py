@@ -132,8 +132,17 @@ ROWS = {
         (f"{RUN} '1 ms' --rate 1 --plot run.png", "16 records"),
         (f"{RUN} '10 ms' --fields 1000 --animate run.html", "two pictures"),
         *[
-            (f"simulate printer-idlers --duration '1 ms' {option}", option.split()[0].strip("-"))
-            for option in ("--pluck-upper '1 mm'", "--model fast", "--fields 2 -o run.nc", "--pluck '1 mm'")
+            (f"simulate {machine} --duration '1 ms' {option}", word)
+            for machine, option, word in (
+                ("printer-idlers", "--pluck-upper '1 mm'", '"upper" is no span: take one of left clamp'),
+                ("printer-idlers", "--model fast", '"loop" or "line" only'),
+                ("printer-idlers", "--fields 2 -o run.nc", "fields"),
+                ("printer-idlers", "--pluck '1 mm'", "SPAN=HEIGHT"),
+                ("printer-idlers", "--from-equilibrium", "Start"),
+                (D2, "--pluck 'left=1 mm'", "write upper or lower"),
+                (D2, "--torque-on motor", "torques by motor"),
+                (D2, "--travel", "travel"),
+            )
         ],
     ],
     "tracking": [

@@ -9,7 +9,7 @@ import xarray
 import cabledrive as cd
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, simulate
 from command import answer, call, object_of, the_line
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
@@ -132,7 +132,7 @@ FORCED = ["--torque-amplitude", "0.02", "--torque-frequency", "81.7"]
 
 def test_the_command_is_a_few_lines_over_the_public_function(tmp_path):
     path, page = tmp_path / "run.nc", tmp_path / "run.html"
-    options = ["--pluck-upper", "1 mm", "--pluck-lower", "0.5 mm", "--pluck-shape", "half-sine"]
+    options = ["--pluck-upper", "1 mm", "--pluck", "lower=0.5 mm", "--pluck-shape", "half-sine"]
     options += ["--fields", "10", "-o", path, "--animate", page]
     found = answer("simulate", "dissertation-2", *SHORT, *FORCED, *options)
     plucks = (Pluck(height=1e-3, shape="half-sine"), Pluck(height=5e-4, span="lower", shape="half-sine"))
@@ -140,7 +140,7 @@ def test_the_command_is_a_few_lines_over_the_public_function(tmp_path):
         load_drive("dissertation-2"),
         0.02,
         torque=Sine(amplitude=0.02, frequency=81.7),
-        start=Start(plucks=plucks),
+        start=plucks,
         scheme=Scheme(segments=20),
         recording=Recording(fields=10),
     )

@@ -94,11 +94,20 @@ def test_alike_belts_are_called_equally_tight(tmp_path):
 
 
 def test_the_command_writes_the_page_and_lines_of_both_axes(folder, monkeypatch):
+    """Beside a loop stands what its carriage does on belts without mass and a motor that holds, to 3 %."""
     monkeypatch.chdir(folder)
     data = answer("shaper", *NAMES.values(), "--page", "printer.html", "--machine", "corexy", "-o", "p.json")
     assert [one["axis"] for one in data["axes"]] == ["x", "y"]
     answer("export", "p.json", "--format", "klipper", "-o", "lines")
     assert (folder / "lines" / "printer.cfg").read_text().count("shaper_freq_") == 2
+    answer("shaper", NAMES["x"], "--page", "belt.html", "--machine", "printer-belt")
+    belt, (motor,) = load_drive("printer-belt"), load_drive("printer-belt").motors
+    ways = belt.carriage[0].position, 2.0 * belt.span_length - belt.carriage[0].position
+    held = motor.holding_stiffness / belt.drive_pulley.radius**2
+    stiffness = 1.0 / (1.0 / sum(belt.cable.axial_rigidity / way for way in ways) + 1.0 / held)
+    own = computed(belt, "x")["carriage 0"]
+    assert own == pytest.approx(np.sqrt(stiffness / belt.carriage[0].mass) / (2.0 * np.pi), rel=0.03)
+    assert f"{own:.1f}" in (folder / "belt.html").read_text()
     assert "the other belt" in refusal("shaper", NAMES["a"], "--page", "q.html")
     assert "--axis" in refusal("shaper", NAMES["x"], "--axis", "x", "--page", "q.html")
     assert "--page" in refusal("shaper", NAMES["x"], "--machine", "corexy")

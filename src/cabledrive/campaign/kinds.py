@@ -8,7 +8,6 @@ import numpy as np
 
 from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, declared, padded
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.route import RoutedDrive
 
 DEFAULT_COUNT = 6
 SPANS = ("upper", "lower")
@@ -130,29 +129,26 @@ SIMULATION = {
     "lower_midpoint_peak": ("m", "largest transverse displacement w of the lower midpoint"),
     "least_tension": ("N", "smallest tension of any span at any record"),
     "midpoint_peak": ("m", "largest transverse displacement w of any span's midpoint"),
-    "coordinate_peak_to_peak": ("rad", "of compute.coordinate, of a machine with routes [rad or m]"),
+    "coordinate_peak_to_peak": ("rad", "of compute.coordinate [rad or m]"),
 }
 
 
 FLAGS = ("from_equilibrium", "tension_only", "smooth_friction")
-OF_LOOPS = {"pluck_upper", "pluck_lower", "model", "method", *FLAGS}
-OF_ROUTES = {"pluck", "pluck_span", "coordinate"}
 
 
 def _simulate(row: Row) -> Mapping[str, Any] | Found:
-    from cabledrive.simulation import Constant, Recording, Scheme, Sine, simulate
+    from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
 
-    o, routed = row.options, isinstance(row.drive, RoutedDrive)
-    others = sorted((OF_LOOPS if routed else OF_ROUTES) & set(o))
-    if others:
-        words = "loops and lines, the drive has" if routed else "machines with routes, the drive has no"
-        raise InputRefused(f"compute.{others[0]} is for {words} routes: leave it out")
+    o = row.options
     amplitude, frequency = o.get("torque_amplitude", 0.0), o.get("torque_frequency", 0.0)
+    heights = {span: o.get(f"pluck_{span}") for span in SPANS} | {o.get("pluck_span", ""): o.get("pluck")}
+    shape = o.get("pluck_shape", "triangle")
+    plucks = tuple(Pluck(height=h, span=span, shape=shape) for span, h in heights.items() if h)
     result = simulate(
         row.drive,
         o["duration"],
-        torque=Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude),
-        start=_start(o, routed=routed),
+        torque=Sine(amplitude=amplitude, frequency=frequency) if frequency else amplitude,
+        start=Start(plucks=plucks, from_equilibrium=True) if o.get("from_equilibrium") else plucks,
         scheme=Scheme(
             model=o.get("model", "exact"),
             method=o.get("method", "verlet"),
@@ -163,45 +159,30 @@ def _simulate(row: Row) -> Mapping[str, Any] | Found:
         recording=Recording(rate=o.get("rate", 10_000.0)),
         progress=False,
     )
-    said = result.summary()
-    values = {name: said[name] for name in ("energy_budget_error", "steps")}
-    values |= {"slack_events": len(said["slack_events"])} | (_of_route(said, o) if routed else _of_loop(said))
+    values = _seen(result.summary(), o.get("coordinate"))
     return values if result.stopped is None else Found(values=values, incomplete=result.stopped)
 
 
-def _start(o: Mapping[str, Any], *, routed: bool) -> Any:
-    """Where a run starts: plucked, on a machine with routes on a span by its name."""
-    from cabledrive.simulation import Pluck, Start
-    from cabledrive.simulation.network.case import NetworkStart
-
-    heights = {o.get("pluck_span", ""): o.get("pluck")} if routed else {s: o.get(f"pluck_{s}") for s in SPANS}
-    shape = o.get("pluck_shape", "triangle")
-    plucks = tuple(Pluck(height=h, span=span, shape=shape) for span, h in heights.items() if h)
-    if routed:
-        return NetworkStart(plucks=plucks)
-    return Start(plucks=plucks, from_equilibrium=o.get("from_equilibrium", False))
-
-
-def _of_route(said: Mapping[str, Any], o: Mapping[str, Any]) -> dict[str, Any]:
-    known, name = said["coordinates"], o.get("coordinate")
-    if name is not None and name not in known:
-        raise InputRefused(f'compute.coordinate = "{name[:60]}" is none: take one of {", ".join(known)}')
-    tensions, middles = (
-        [s[key] for s in said["spans"] if s[key] is not None] for key in ("least_tension", "midpoint_peak")
-    )
-    return {
-        "least_tension": min(tensions, default=None),
-        "midpoint_peak": max(middles, default=None),
-        "coordinate_peak_to_peak": None if name is None else known[name]["peak_to_peak"],
-    }
-
-
-def _of_loop(said: Mapping[str, Any]) -> dict[str, Any]:
+def _seen(said: Mapping[str, Any], coordinate: str | None) -> dict[str, Any]:
+    """Figures of a run's summary; ``coordinate``: whose motion is asked for."""
+    spans = said.get("spans", ())
     peaks = {f"{s}_midpoint_peak": said[f"{s}_midpoint"]["peak"] for s in SPANS if f"{s}_midpoint" in said}
-    return peaks | {
-        "load_angle_peak_to_peak": said["load_angle"]["peak_to_peak"],
-        "least_tension": said["least_tension"],
-        "midpoint_peak": max((peak for peak in peaks.values() if peak is not None), default=None),
+    middles = [*peaks.values(), *(one["midpoint_peak"] for one in spans)]
+    tensions = [said.get("least_tension"), *(one["least_tension"] for one in spans)]
+    turned = {name: said[name] for name in ("drive_angle", "load_angle") if name in said}
+    moved = {name: one["peak_to_peak"] for name, one in said.get("coordinates", turned).items()}
+    if coordinate is not None and coordinate not in moved:
+        raise InputRefused(
+            f'compute.coordinate = "{coordinate[:60]}" is none: take one of {", ".join(moved)}'
+        )
+    return {
+        **{name: said[name] for name in ("energy_budget_error", "steps")},
+        **peaks,
+        "slack_events": len(said["slack_events"]),
+        "load_angle_peak_to_peak": moved.get("load_angle"),
+        "least_tension": min((own for own in tensions if own is not None), default=None),
+        "midpoint_peak": max((own for own in middles if own is not None), default=None),
+        "coordinate_peak_to_peak": moved.get(coordinate or ""),
     }
 
 

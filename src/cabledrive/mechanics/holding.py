@@ -69,11 +69,12 @@ def released(drive: Drive) -> Drive:
     return replace(drive, motor=replace(drive.motor, holding_stiffness=None))
 
 
-def left_out_under_torque(drive: Drive) -> str | None:
-    """What is left out where a torque controls the drive, a sentence; None without a holding stiffness."""
-    if drive.motor is None or drive.motor.holding_stiffness is None:
+def left_out_under_torque(drive: MachineBase) -> str | None:
+    """What is left out where a torque controls a machine, a sentence; None without a holding stiffness."""
+    stiff = [f"{own.holding_stiffness:.4g}" for own in drive.motors if own.holding_stiffness is not None]
+    if not stiff:
         return None
-    said = f"motor.holding_stiffness = {drive.motor.holding_stiffness:.4g} N m/rad is left out"
+    said = f"motor.holding_stiffness = {' and '.join(dict.fromkeys(stiff))} N m/rad is left out"
     return f"{said}: under torque control (field-oriented for a stepper) the motor turns freely"
 
 

@@ -11,7 +11,7 @@ body's coordinates q and the drums' angles :math:`\theta_i` (positive: winding i
 from dataclasses import dataclass
 from itertools import product
 from math import atan2, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -94,7 +94,7 @@ class TwoMotorMachine:
     left_out: float  # lowest neglected frequency along a line: idlers against spans, waves [rad/s]
 
 
-def is_winched(drive: Any) -> bool:
+def is_winched(drive: Any) -> TypeGuard[RoutedDrive]:
     """Whether two motors each wind one end of a line whose other end is clamped to a body."""
     if len(drive.motors) != 2 or len(drive.route) != 2:
         return False

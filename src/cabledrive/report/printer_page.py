@@ -13,7 +13,7 @@ from cabledrive.identification.printer import Belts, Printer, PrinterShaper, spe
 from cabledrive.identification.printer_spectrum import PrinterSpectrum
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.parameters import content_hash
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.report import blocks
 from cabledrive.report.blocks import (
     Block,
@@ -38,9 +38,7 @@ METHOD = (
 )
 
 
-def printer_html(
-    found: Printer, machine: RoutedDrive | None = None, written_at: datetime | None = None
-) -> str:
+def printer_html(found: Printer, machine: Machine | None = None, written_at: datetime | None = None) -> str:
     """The page of a printer; ``machine``: whose computed frequencies stand beside the measured peaks."""
     chapters = [_axis_chapter(axis, found, machine) for axis in found.axes]
     if found.belts is not None:
@@ -50,7 +48,7 @@ def printer_html(
     return page_of(title, "Input shapers, belts and resonances", chapters, hashes, written_at)
 
 
-def _axis_chapter(axis: PrinterShaper, found: Printer, machine: RoutedDrive | None) -> Chapter:
+def _axis_chapter(axis: PrinterShaper, found: Printer, machine: Machine | None) -> Chapter:
     name = axis.axis or "unknown"
     best, blocks = axis.recommended, list[Block]()
     if axis.refused is None:

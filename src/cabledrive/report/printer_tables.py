@@ -12,9 +12,9 @@ from cabledrive.identification.printer import ALIKE, Belts, Printer, PrinterShap
 from cabledrive.identification.printer_spectrum import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.modal import modes
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.report.blocks import RowGroup, Table, listed, table_text
-from cabledrive.studies.mode_map import frequency_of_coordinate
+from cabledrive.studies.mode_map import coordinates_of, frequency_of_coordinate
 
 NO_DAMPING, NO_BAND = "no peak has a damping ratio", "it leaves more than 5 % at its own frequency"
 MEASURED = ("frequency_low_hz", "frequency_high_hz", "damping", "damping_low", "damping_high")
@@ -128,15 +128,17 @@ def _findings(found: PrinterShaper) -> list[str]:
     return lines + (["", *(f"note: {note}" for note in found.notes)] if found.notes else [])
 
 
-def computed(machine: RoutedDrive, axis: str) -> dict[str, float]:
-    """Frequency of the mode of each body's move along an axis [Hz], by its coordinate."""
-    found = modes(machine, count=COUNT)
-    names = [f"{body.name}.{axis}" for body in machine.body if axis in body.moves]
-    values = {name: frequency_of_coordinate(found, name) for name in names}
+def computed(machine: Machine, axis: str) -> dict[str, float]:
+    """Frequency of the mode of each body's move along an axis, and of each carriage along its rope [Hz]."""
+    found, moves = modes(machine, count=COUNT), coordinates_of(machine)
+    along = replace(found, modes=found.longitudinal)
+    carried = (name for mode in along.modes for name in mode.kinetic_shares if name.startswith("carriage"))
+    values = {name: frequency_of_coordinate(found, name) for name in moves if name.endswith(f".{axis}")}
+    values |= {name: frequency_of_coordinate(along, name) for name in sorted(set(carried))}
     return {name: hertz for name, hertz in values.items() if np.isfinite(hertz)}
 
 
-def peaks_table(axis: PrinterShaper, machine: RoutedDrive | None = None) -> Table:
+def peaks_table(axis: PrinterShaper, machine: Machine | None = None) -> Table:
     """Peaks of all logs with their intervals, beside computed frequencies where there is a machine."""
     rows = [
         PEAK(peak) | {"kept": axis.kept(peak), "reason": peak.reason} | _near(peak) for peak in axis.peaks

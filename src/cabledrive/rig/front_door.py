@@ -12,8 +12,8 @@ from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import DARC, HIGH, LOW, OWN, LawNumbers, start_estimates
 from cabledrive.control.own_controller import OwnController, checked_controller
 from cabledrive.control.reference import reference_numbers
-from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, cross_motion
@@ -120,11 +120,11 @@ def track(
         If a name is unknown, data are missing, or the motion exceeds what the drive can do.
     """
     rng = random_from(seed)
-    if isinstance(drive, RoutedDrive) and axis is None and is_winched(drive):
+    if axis is None and is_winched(drive):
         others = {"plant": plant, "gains": gains, "adapt": adapt, "feedforward": feedforward}
         options = options or RigOptions()
         _refuse_pulses(controller, options, others | {"repeat": repeat})
-        if isinstance(plant_drive, Drive):
+        if plant_drive is not None and not is_winched(plant_drive):
             raise InputRefused("plant_drive has no winches: give the same machine with other figures")
         machine, motion = winched_machine(drive), BodyMotion.asked(motion)
         tensions = design_tensions(machine, least_tension=least_tension, gust=gust, bandwidth=bandwidth)

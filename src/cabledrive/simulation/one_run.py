@@ -17,7 +17,7 @@ from cabledrive.simulation.network.case import NetworkStart, network_case
 from cabledrive.simulation.prepared import PreparedRun
 from cabledrive.simulation.run import keep_run
 from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.start import Recording, Scheme, Start
+from cabledrive.simulation.start import Pluck, Recording, Scheme, Start
 from cabledrive.simulation.travel.case import PlannedMove
 from cabledrive.simulation.travel.prepare import travel_case
 
@@ -28,7 +28,7 @@ def simulate(
     *,
     torque: Signal | float | Function | Mapping[str, Signal | float | Function] = 0.0,
     forces: Sequence[CarriageForce] = (),
-    start: Start | NetworkStart | None = None,
+    start: Start | NetworkStart | Sequence[Pluck] | None = None,
     scheme: Scheme | None = None,
     recording: Recording | None = None,
     model: Model | None = None,
@@ -52,9 +52,9 @@ def simulate(
         one of the signals of `cabledrive.simulation.signals`; of a machine with routes also one by motor.
     forces : sequence of CarriageForce, optional
         Forces on carriages.
-    start : Start or NetworkStart, optional
-        Plucks, angles and speeds at t = 0; by default the straight cable at rest. A machine with routes takes
-        a `NetworkStart`.
+    start : sequence of Pluck, Start or NetworkStart, optional
+        Plucks of spans by their names; of a loop or line also angles and speeds at t = 0, of a machine with
+        routes those of a `NetworkStart`. Default: the straight cable at rest.
     scheme : Scheme, optional
         Cable law, method, resolution, friction, what slack means.
     recording : Recording, optional
@@ -93,17 +93,16 @@ def simulate(
     if model is not None:
         scheme = replace(scheme or Scheme(), model=model)
     keeping: Any = {"output": output, "force": force, "resume": resume, "progress": progress}
-    asked: Any = {"torque": torque, "start": start, "recording": recording}
+    asked: Any = {"torque": torque, "recording": recording}
+    plucks: Any = start or ()
     if isinstance(drive, RoutedDrive):
-        for name, given in (("forces", bool(forces)), ("error_estimate", error_estimate)):
+        hung = ("Start (from_equilibrium)", isinstance(start, Start))
+        for name, given in (("forces", bool(forces)), ("error_estimate", error_estimate), hung):
             if given:
                 raise InputRefused(
                     f'kind = "route": {name} is for drives of kind "loop" or "line": leave it out'
                 )
-        if start is not None and not isinstance(start, NetworkStart):
-            raise InputRefused(
-                'kind = "route": start must be a NetworkStart: spans are called by their names'
-            )
+        asked["start"] = start if isinstance(start, NetworkStart) else NetworkStart(plucks=tuple(plucks))
         case: PreparedRun
         if travel:
             move = travel if isinstance(travel, PlannedMove) else None
@@ -120,6 +119,7 @@ def simulate(
         raise InputRefused(
             'torques by motor and NetworkStart are for machines of kind "route": leave them out'
         )
+    asked["start"] = start if isinstance(start, Start) else Start(plucks=tuple(plucks))
     prepare = partial(case_of, drive, duration, forces=forces, **asked)
     loop = prepare(scheme=scheme)
     if error_estimate:

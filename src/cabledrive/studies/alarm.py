@@ -22,6 +22,7 @@ import numpy as np
 
 from cabledrive.answers.result import Result
 from cabledrive.answers.runs import ALARMED
+from cabledrive.mechanics.holding import released
 from cabledrive.mechanics.network import statics_of
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
@@ -92,7 +93,7 @@ def alarm(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5, limit: 
     check_amplitudes(floor, limit)
     if isinstance(drive, RoutedDrive):
         return route_alarm(drive, motion, floor, limit)
-    prepared = prepare(drive, motion, floor=floor)
+    prepared = prepare(released(drive), motion, floor=floor)  # as routes: a torque turns the rotor
     driven = prepared.response()
     grown = prepared.response(floor=floor)
     varied = [

@@ -8,6 +8,7 @@ from pathlib import Path
 from cabledrive.identification.printer import belt_of, is_printer_file
 from cabledrive.parameters import InputRefused, NotComputed, drive_text
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.studies.mode_map import coordinates_of
 from cabledrive.studio.library import slug
 from cabledrive.studio.state import Desk, State, arguments, drive_of
 
@@ -153,8 +154,8 @@ def _shaper(own: Asking) -> Asked:
     paths = {one.name: one.absolute() for one in oldest_first if is_printer_file(one.name)}
     alone = len({belt_of(name) for name in paths} - {None}) == 1
     files = [str(one) for name, one in paths.items() if not (alone and belt_of(name))]
-    routed = isinstance(drive_of(own.desk.library, own.state), RoutedDrive)
-    machine = [f"--machine={own.drive_file()}"] if routed else []
+    drive = drive_of(own.desk.library, own.state)
+    machine = [f"--machine={own.drive_file()}"] if coordinates_of(drive) or drive.carriage else []
     return Asked(f"Printer page of {len(files)} logs", ["shaper", "--page=printer.html", *machine, *files])
 
 

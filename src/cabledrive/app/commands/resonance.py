@@ -71,7 +71,7 @@ def command(
         of_motion,
         summary_text,
     )
-    from cabledrive.mechanics.holding import FREE, left_out_under_torque, released
+    from cabledrive.mechanics.holding import FREE, left_out_under_torque
     from cabledrive.report.machine.tables import pair_data
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.planned_motion import read_motion
@@ -91,7 +91,7 @@ def command(
     changes = remedies(loop, acting, load_torque) if loop and found.verdict in (RESONANT, NEAR) else ()
     if motion_file is not None:
         motion = read_motion(motion_file, drive)
-        judged = alarm(released(loop) if loop else drive, motion, floor=floor, limit=limit)
+        judged = alarm(drive, motion, floor=floor, limit=limit)
         found = of_motion(found, judged)
     data = SUMMARY(found) | {"pairs": [pair_data(pair) for pair in found.pairs]}
     parts = summary_text(drive, found)
@@ -99,7 +99,7 @@ def command(
         data |= loop_data(loop, found, changes, load_torque)
         parts += loop_text(loop, found, changes)
     if judged is not None:
-        left_out = left_out_under_torque(loop) if loop else None
+        left_out = left_out_under_torque(drive)
         listed = replace(judged, passages=judged.passages[:MOST_PASSAGES])
         data["motion"] = ALARM(listed) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
         parts.append(alarm_text(judged) + (f"\n{left_out}" if left_out else ""))

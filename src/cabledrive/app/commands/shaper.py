@@ -5,7 +5,6 @@ import click
 from cabledrive.app.options import option, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.parameters.route.drive import RoutedDrive
 
 
 @subcommand("cabledrive shaper resonances_x.csv --plot shaper_x.svg", (saves_answer,))
@@ -47,8 +46,6 @@ def command(
         if axis is not None or plot is not None:
             raise InputRefused("--page sorts the logs by their names: leave --axis and --plot out")
         whole, drive = printer(logs, **design), None if machine is None else load_drive(machine)
-        if drive is not None and not isinstance(drive, RoutedDrive):
-            raise InputRefused('--machine: peaks stand beside a machine of kind "route", such as corexy')
         page.write(printer_html(whole, drive))
         about = provenance(method=METHOD)
         return Answer(data=printer_data(whole), text=printer_text(whole), provenance=about)

@@ -11,19 +11,19 @@ from cabledrive.app.options import force_option, machine_argument, option, subco
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.tracked import move_of
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:
-    from cabledrive.simulation import Pluck, Scheme, Signal, Start
+    from cabledrive.simulation import Pluck, Scheme, Signal
+    from cabledrive.simulation.travel import PlannedMove
 
 FEWEST_RECORDS = 16
-_OF_ROUTES = ("pluck", "torque_on", "moves", "rise", "travel")
-_OF_LOOPS = (
-    *("pluck_upper", "pluck_lower", "fields", "from_equilibrium", "smooth_friction", "error_estimate"),
-    "animate",
+_NOT_FAST = (
+    *("method", "segments", "fields", "tension_only", "smooth_friction", "error_estimate", "resume"),
+    *("torque_on", "moves", "rise", "travel"),
 )
-_NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", "error_estimate", "resume")
 
 
 @subcommand(
@@ -36,9 +36,9 @@ _NOT_FAST = ("method", "segments", "fields", "tension_only", "smooth_friction", 
 @option("--duration", "s", "Length of the run.", required=True)
 @option("--torque-amplitude", "N m", "Torque of the motor, a sine.")
 @option("--torque-frequency", "Hz", "Its frequency; 0: a constant torque.")
-@option("--pluck-upper", "m", "Height of a pluck in w, at midspan.", 0.0)
-@option("--pluck-lower", "m", "The same on the lower span.", 0.0)
-@option("--pluck", "SPAN=M", "Of a machine with routes: pluck of a span; repeatable.", multiple=True)
+@option("--pluck", "SPAN=M", "Height of a pluck of a span in w, at midspan; repeatable.", multiple=True)
+@option("--pluck-upper", "m", "The same of the upper span of a loop or line.", 0.0)
+@option("--pluck-lower", "m", "The same of the lower span.", 0.0)
 @option("--torque-on", "NAME", "Of a machine with routes: pulley of the motor.")
 @option(
     "--move moves",
@@ -81,15 +81,11 @@ def command(
 ) -> Answer:
     """Simulate the nonlinear cable of DRIVE, from the straight cable at rest or plucked.
 
-    A machine with routes moves about its state of rest; its spans are plucked by name with --pluck.
+    A machine with routes moves about its state of rest.
     """
-    routed = isinstance(drive, RoutedDrive)
-    if routed:
-        refuse_given(*_OF_LOOPS, why='is for kind = "loop" and "line": leave it out')
-    else:
-        refuse_given(*_OF_ROUTES, why='is for machines of kind "route": leave it out')
-    if routed and options["model"] == "fast":
-        raise InputRefused('kind = "route": --model fast is for loops and lines: take exact')
+    machine: Any = drive  # a loop or a line where these two are given
+    for name, given in (("--model fast", options["model"] == "fast"), ("--animate", animate is not None)):
+        machine = require_two_pulleys(drive, name) if given else machine
     if options["model"] == "fast":
         refuse_given(*_NOT_FAST, why="does not go with --model fast: leave it out or use --model exact")
     if output is None and animate is None:
@@ -101,12 +97,13 @@ def command(
         )
     if not (options["pluck_upper"] or options["pluck_lower"] or options["pluck"]):
         tell_given("pluck_shape", why="has no effect: no span is plucked")
-    machine: Any = drive  # a loop or a line where these two are given
     if animate is not None:
         options["fields"] = fields_to_animate(machine, options)
-    from cabledrive.simulation import Recording, simulate
+    from cabledrive.simulation import Recording, Start, simulate
 
-    torque = _torque(options["torque_amplitude"], options["torque_frequency"])
+    plucks, torque = _plucks(options), _torque(options["torque_amplitude"], options["torque_frequency"])
+    hung = Start(plucks=plucks, from_equilibrium=True) if options["from_equilibrium"] else None
+    recording = Recording(rate=options["rate"], fields=options["fields"])
     kept: dict[str, Any] = {} if output is None else {"output": output.path, "force": output.force}
     result: Any
     if options["model"] == "fast":
@@ -116,21 +113,25 @@ def command(
             machine,
             options["duration"],
             torque=torque,
-            start=_start(options),
+            start=hung or Start(plucks=plucks),
             scheme=FastScheme(step=options["step"]),
-            recording=Recording(rate=options["rate"]),
+            recording=recording,
             **kept,
         )
     else:
-        own = (_of_route if routed else _of_loop)(machine, torque, options)
+        travel = _travel(options)
         result = simulate(
             drive,
             options["duration"],
-            recording=Recording(rate=options["rate"], fields=options["fields"]),
+            torque=torque if options["torque_on"] is None else {options["torque_on"]: torque},
+            start=hung or plucks,
+            scheme=_scheme(options, travels=bool(travel)),
+            recording=recording,
+            travel=travel,
+            error_estimate=options["error_estimate"],
             resume=options["resume"],
             progress=False if click.get_current_context().meta.get(QUIET) else None,
             **kept,
-            **own,
         )
     if result.path is not None:
         note(f"written to {result.path}")
@@ -143,84 +144,59 @@ def command(
     )
 
 
-def _of_loop(drive: Drive, torque: "Signal", options: dict[str, Any]) -> dict[str, Any]:
-    """What a run of a loop or a line takes of its own."""
-    same = {"torque": torque, "error_estimate": options["error_estimate"]}
-    return same | {"start": _start(options), "scheme": _scheme(options, options["segments"])}
-
-
-def _of_route(drive: RoutedDrive, torque: "Signal", options: dict[str, Any]) -> dict[str, Any]:
-    """What a run of a machine with routes takes of its own."""
-    from cabledrive.simulation.network import NetworkStart
+def _travel(options: dict[str, Any]) -> "PlannedMove | bool":
+    """The move that the motors make, or whether bodies go far under given torques."""
     from cabledrive.simulation.travel import PlannedMove
-    from cabledrive.simulation.travel.prepare import SEGMENTS
 
-    names = [drive.pulley[number].name for number in drive.driven] or [p.name for p in drive.pulley[:1]]
-    on = options["torque_on"] or (names[0] if names else None)
-    travel: PlannedMove | bool = options["travel"]
     if not options["moves"]:
         refuse_given("rise", why="is that of a move: add --move NAME=M, or leave it out")
-    else:
-        turn = "does not go with --move, for which the motors turn as the move asks: leave it out"
-        refuse_given("torque_amplitude", "torque_frequency", "torque_on", why=turn)
-        if options["rise"] is None:
-            raise InputRefused("--move needs --rise, the time that it takes: add --rise 10s")
-        travel = PlannedMove(moves=dict(map(move_of, options["moves"])), rise=options["rise"])
-    segments = SEGMENTS if travel and options["segments"] is None else options["segments"]
-    return {
-        "travel": travel,
-        "torque": {} if on is None else {on: torque},
-        "start": NetworkStart(plucks=plucks_of(options["pluck"], options["pluck_shape"])),
-        "scheme": _scheme(options, segments),
-    }
+        return bool(options["travel"])
+    turn = "does not go with --move, for which the motors turn as the move asks: leave it out"
+    refuse_given("torque_amplitude", "torque_frequency", "torque_on", why=turn)
+    if options["rise"] is None:
+        raise InputRefused("--move needs --rise, the time that it takes: add --rise 10s")
+    return PlannedMove(moves=dict(map(move_of, options["moves"])), rise=options["rise"])
 
 
-def _torque(amplitude: float | None, frequency: float | None) -> "Signal":
+def _torque(amplitude: float | None, frequency: float | None) -> "Signal | float":
     from cabledrive.simulation import Constant, Sine
 
     if (amplitude is None) != (frequency is None):
         missing = "--torque-frequency" if frequency is None else "--torque-amplitude"
         raise InputRefused(f"{missing} is missing: a torque needs both its amplitude and its frequency")
     if amplitude is None or frequency is None:
-        return Constant(0.0)
+        return 0.0
     if frequency < 0.0:
         raise InputRefused(f"--torque-frequency = {frequency:.4g} Hz must not be negative: give 0 or more")
     return Sine(amplitude=amplitude, frequency=frequency) if frequency else Constant(amplitude)
 
 
-def _start(options: dict[str, Any]) -> "Start":
-    from cabledrive.simulation import Pluck, Start
-
-    heights = {span: options[f"pluck_{span}"] for span in ("upper", "lower")}
-    shape = options["pluck_shape"]
-    plucks = tuple(Pluck(height=height, span=span, shape=shape) for span, height in heights.items() if height)
-    return Start(plucks=plucks, from_equilibrium=options["from_equilibrium"])
-
-
-def _scheme(options: dict[str, Any], segments: int | None) -> "Scheme":
+def _scheme(options: dict[str, Any], *, travels: bool) -> "Scheme":
     from cabledrive.simulation import Scheme
+    from cabledrive.simulation.travel.prepare import SEGMENTS
 
     return Scheme(
         model=options["model"],
         method=options["method"],
-        segments=Scheme().segments if segments is None else segments,
+        segments=options["segments"] or (SEGMENTS if travels else Scheme().segments),
         step=options["step"],
         slack="tension-only" if options["tension_only"] else "stop",
         friction="smoothed" if options["smooth_friction"] else "stick-slip",
     )
 
 
-def plucks_of(given: tuple[str, ...], shape: str) -> "tuple[Pluck, ...]":
-    """Plucks from "SPAN=HEIGHT"."""
+def _plucks(options: dict[str, Any]) -> "tuple[Pluck, ...]":
+    """Plucks from "SPAN=HEIGHT", and of the two spans that have options of their own."""
     from cabledrive.simulation import Pluck
 
-    found = []
-    for words in given:
+    both = {span: options[f"pluck_{span}"] for span in ("upper", "lower")}
+    found = [(span, height) for span, height in both.items() if height]
+    for words in options["pluck"]:
         span, equals, height = words.rpartition("=")
         if not equals:
             raise InputRefused(f'--pluck "{words[:60]}": write SPAN=HEIGHT, such as "motor to idler=1 mm"')
-        found.append(Pluck(height=to_si(height.strip(), "m"), span=span.strip(), shape=shape))
-    return tuple(found)
+        found.append((span.strip(), to_si(height.strip(), "m")))
+    return tuple(Pluck(height=height, span=span, shape=options["pluck_shape"]) for span, height in found)
 
 
 def method_of(result: Any) -> str:

@@ -19,7 +19,6 @@ from cabledrive.app.options import (
 from cabledrive.app.results import Answer, NewFile
 from cabledrive.app.tracked import answer_of_run, two_motor_answer
 from cabledrive.parameters import load_drive
-from cabledrive.parameters.route import Machine, RoutedDrive
 
 OF_THE_RIG = (
     *("observer", "feedback", "encoder_phase", "ideal_sensors", "smooth_friction", "as_printed"),
@@ -114,7 +113,7 @@ METHOD = "inertias and links in steps of second order between samples, friction 
     metavar="FILE.html",
 )
 def command(
-    drive: Machine,
+    drive: Any,
     log_file: NewFile | None,
     animate: NewFile | None,
     plant_settings: tuple[str, ...],
@@ -122,6 +121,7 @@ def command(
 ) -> Answer:
     """Let a control law follow pulses of the load pulley of DRIVE, on a rig with encoders and friction."""
     from cabledrive.reduction.network_axis import as_axis
+    from cabledrive.reduction.two_motors import is_winched
     from cabledrive.rig import Motion, RigOptions, track
     from cabledrive.rig.setting import (
         parse_disturbance,
@@ -131,7 +131,7 @@ def command(
     )
     from cabledrive.rig.tracking import log_text
 
-    if isinstance(drive, RoutedDrive):
+    if is_winched(drive):
         return two_motor_answer(drive, plant_settings, spec)
     refuse_given(
         "moves", "least_tension", "gust", why="is for a body between two winches: this drive has none"
