@@ -15,6 +15,7 @@ from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.animation import controlled_film
 from cabledrive.report.figures import run_histories
+from cabledrive.report.figures.ladder import staircase
 from cabledrive.report.figures.shapes import POINTS, SIZE, machine_size
 from cabledrive.report.figures.sheet import drawn_machine
 from cabledrive.report.log_page import write_log_report
@@ -189,6 +190,15 @@ def test_the_spectrum_marks_the_certified_modes():
     axes = Figure().add_subplot()
     run_histories.draw_spectrum(axes, run(), marks)
     assert sorted(line.get_xdata()[0] for line in axes.lines[1:]) == [frequency for frequency, _ in marks]
+
+
+def test_the_count_of_a_machine_with_routes_steps_at_each_listed_mode():
+    drive = cd.load_drive("corexy")
+    found = cd.modes(drive, below=560.0)
+    steps = staircase(drive, found)
+    along = np.repeat([m.frequency for m in found.longitudinal], [m.multiplicity for m in found.longitudinal])
+    np.testing.assert_array_equal(steps.count, np.searchsorted(along, steps.frequency))
+    assert steps.count[-1] == 6
 
 
 # --- The film of a controlled run: every picture shows the run at its time

@@ -95,7 +95,7 @@ def modes(
     """
     if not isfinite(at_torque):
         raise InputRefused(f"at_torque = {at_torque} N m is not finite: give the steady torque in N m")
-    spectrum, network = _spectrum(drive, motor, hold, at_torque)
+    spectrum, network = spectrum_of(drive, motor, hold, at_torque)
     listed = _listed(spectrum, below, count)
     if isinstance(drive, AxisDrive):
         drive = drive.machine
@@ -121,10 +121,10 @@ def modes(
     )
 
 
-def _spectrum(
+def spectrum_of(
     drive: Machine | Chain,
-    motor: str | None,
-    hold: Sequence[str],
+    motor: str | None = None,
+    hold: Sequence[str] = (),
     at_torque: float = 0.0,
     taut: bool = False,
 ) -> tuple[Spectrum, Network | None]:
@@ -344,7 +344,7 @@ def longitudinal_modes(
     InputRefused, NotComputed
         As `modes`.
     """
-    spectrum, _ = _spectrum(drive, motor, hold, taut=taut)
+    spectrum, _ = spectrum_of(drive, motor, hold, taut=taut)
     wanted = _checked_count(below, count)
     if below is None:
         return tuple(spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0])

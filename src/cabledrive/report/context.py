@@ -9,14 +9,13 @@ from importlib.metadata import version
 from math import pi
 
 from cabledrive.modal import Modes, modes, natural_frequencies
-from cabledrive.modal.networks import network_of_drive
-from cabledrive.modal.spectrum import Spectrum
+from cabledrive.modal.natural import spectrum_of
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.version import __version__
 from cabledrive.report.words import anchors
 
-SHOWN_MODES, ROUTE_MODES = 5, 6
+SHOWN_MODES = 5
 MOST_LISTED = 10_000
 _ROOM = 1.1  # more than two digits round off
 
@@ -42,17 +41,15 @@ class ReportContext:
     def modes(self) -> tuple[Modes, ...]:
         """Certified modes of each machine.
 
-        Of loops and lines both kinds, a little beyond the fifth longitudinal one; where that would list more
-        than ten thousand transverse modes, and of routes, the first few of each kind instead.
+        Both kinds, a little beyond the fifth longitudinal one; where that would list more than ten thousand
+        transverse modes, the first five of each kind instead.
         """
         return tuple(self._modes(machine) for machine in self.machines)
 
     def _modes(self, drive: Machine) -> Modes:
         self.progress(f"natural modes: {drive.name}")
-        if isinstance(drive, RoutedDrive):
-            return modes(drive, count=ROUTE_MODES)
         below = float(f"{_ROOM * natural_frequencies(drive, count=SHOWN_MODES)[-1]:.2g}")
-        if Spectrum(network_of_drive(drive)).count(2 * pi * below) > MOST_LISTED:
+        if spectrum_of(drive)[0].count(2 * pi * below) > MOST_LISTED:
             return modes(drive, count=SHOWN_MODES)
         return modes(drive, below=below)
 

@@ -12,10 +12,9 @@ from cabledrive.answers.figures import number
 from cabledrive.modal import Modes
 from cabledrive.modal.mode import BOTH, LONGITUDINAL
 from cabledrive.modal.mode_rows import ModeRow
-from cabledrive.modal.networks import network_of_drive
-from cabledrive.modal.spectrum import Spectrum
-from cabledrive.parameters import Drive
+from cabledrive.modal.natural import spectrum_of
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route import Machine
 from cabledrive.report.figures.sheet import Sheet
 from cabledrive.report.picture import (
     COLOURS,
@@ -36,6 +35,8 @@ if TYPE_CHECKING:
 
 _STEP, _LANE, _AXIS = 25.0, 21.0, 52.0  # heights [px]
 _BESIDE = 105.0  # what stands left of the axes [px]
+MOST_LANES = 2
+"""Spans that have a lane of their own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +47,7 @@ class Staircase:
     count: Array  # (n,): modes below, without the rigid-body mode
 
 
-def staircase(drive: Drive, modes: Modes) -> Staircase:
+def staircase(drive: Machine, modes: Modes) -> Staircase:
     """Count the longitudinal modes below many frequencies, up to the bound of the certificate.
 
     The frequencies are spread evenly, and beside each listed mode one lies just below and one just above. The
@@ -58,10 +59,8 @@ def staircase(drive: Drive, modes: Modes) -> Staircase:
     listed = np.array([mode.frequency for mode in modes.longitudinal if mode.frequency < below])
     start = min(mode.frequency for mode in modes.modes) / 2.0
     beside = np.concatenate((listed * (1 - 1e-9), listed * (1 + 1e-9)))
-    frequency = np.sort(np.concatenate((np.geomspace(start, below, 100), beside)))
-    spectrum = Spectrum(
-        network_of_drive(drive, motor=modes.motor, hold=modes.hold, at_torque=modes.at_torque)
-    )
+    frequency = np.sort(np.concatenate((np.geomspace(start, below, 40), beside)))
+    spectrum, _ = spectrum_of(drive, modes.motor, modes.hold, modes.at_torque)
     across = np.repeat(
         [mode.frequency for mode in modes.transverse], [mode.multiplicity for mode in modes.transverse]
     )
@@ -69,22 +68,22 @@ def staircase(drive: Drive, modes: Modes) -> Staircase:
     return Staircase(frequency=frequency, count=np.array(count))
 
 
-def ladder_picture(name: str, drive: Drive, modes: Modes) -> Markup:
+def ladder_picture(name: str, drive: Machine, modes: Modes) -> Markup:
     """Draw the staircase of the count with the listed modes on it, and every mode of both kinds as a rung."""
-    steps = staircase(drive, modes)
-    stairs, lanes = max(int(steps.count[-1]), 4) + 1.2, 1 + len(drive.spans)
+    steps, lanes = staircase(drive, modes), _lanes(modes)
+    stairs = max(int(steps.count[-1]), 4) + 1.2
 
     def _draw(figure: "Figure") -> None:
-        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[_STEP * stairs, _LANE * lanes])
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[_STEP * stairs, _LANE * len(lanes)])
         left, right = steps.frequency[0], modes.certificate.below * 1.06
         length = WIDE - _BESIDE
         _draw_staircase(top, steps, modes, length / log10(right / left))
-        _draw_rungs(bottom, modes, drive.spans)
+        _draw_rungs(bottom, lanes, modes.certificate.below)
         bottom.set_xlim(left, right)
         log_axis(bottom, "x", length)
         bottom.set_xlabel("frequency [Hz]")
 
-    height = _STEP * stairs + _LANE * lanes + _AXIS
+    height = _STEP * stairs + _LANE * len(lanes) + _AXIS
     return picture(name, _draw, height=height)
 
 
@@ -113,12 +112,17 @@ def _draw_staircase(axes: "Axes", steps: Staircase, modes: Modes, decade: float)
     axes.spines["bottom"].set_visible(False)
 
 
-def _draw_rungs(axes: "Axes", modes: Modes, spans: tuple[str, ...]) -> None:
-    below = modes.certificate.below
-    lanes = {"along": [(m.frequency, family_colour(m.family)) for m in modes.longitudinal]}
-    for span in spans:
-        across = [m.frequency for m in modes.transverse if m.span in (span, BOTH) and m.plane == "w"]
-        lanes[f"across, {span}"] = [(frequency, Hue.INK) for frequency in across]
+def _lanes(modes: Modes) -> dict[str, list[tuple[float, str]]]:
+    """Frequency and colour of each rung: along, and across each span, or all where they are many."""
+    across = [(mode.span, (mode.frequency, Hue.INK)) for mode in modes.transverse if mode.plane == "w"]
+    spans = sorted({span for span, _ in across if span and span != BOTH}, reverse=True)
+    lanes = {f"across, {span}": [rung for own, rung in across if own in (span, BOTH)] for span in spans}
+    if len(lanes) > MOST_LANES:
+        lanes = {"across": [rung for _, rung in across]}
+    return {"along": [(mode.frequency, family_colour(mode.family)) for mode in modes.longitudinal], **lanes}
+
+
+def _draw_rungs(axes: "Axes", lanes: dict[str, list[tuple[float, str]]], below: float) -> None:
     for row, rungs in enumerate(lanes.values()):
         axes.axhspan(-row - 0.36, -row + 0.36, color=Hue.FAINT, linewidth=0, zorder=0)
         shown = [(frequency, colour) for frequency, colour in rungs if frequency < below]

@@ -8,8 +8,9 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.modal import modes, natural_frequencies
+from cabledrive.modal.natural import spectrum_of
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.report.picture import SPAN_COLOURS, TEXT, Hue, file_figure, file_picture, label, log_axis
 from cabledrive.simulation import SimulationResult
 from cabledrive.simulation.network import NetworkResult
@@ -103,22 +104,17 @@ def _coordinate(result: NetworkResult, name: str, unit: str, colour: str) -> Cur
 
 HEIGHT = 300.0  # px
 MOST_POINTS = 1500
-MOST_MARKS = 40
+MOST_COUNTED = 200
+"""Modes of both planes up to which transverse ones are marked."""
 DECADES = 4.0
 LONGEST_TITLE = 88
 
 
 def spectrum_marks(drive: Machine) -> tuple[tuple[float, str], ...]:
-    """Frequency [Hz] and kind of certified modes up to three times the lowest longitudinal one.
-
-    Transverse ones only of a loop or a line and where they are few.
-    """
+    """Frequency [Hz] and kind of certified modes up to three times the lowest along; across where few."""
     top = 3.0 * float(natural_frequencies(drive, count=1)[0])
     marks = [(float(frequency), "longitudinal") for frequency in natural_frequencies(drive, below=top)]
-    if isinstance(drive, RoutedDrive):
-        return tuple(sorted(marks))
-    string = np.sqrt(drive.cable.pretension / drive.cable.stretched_mass_per_length)
-    if 2.0 * drive.pulley_distance * top / string <= MOST_MARKS:
+    if spectrum_of(drive)[0].count(2.0 * np.pi * top) <= MOST_COUNTED:
         across = {mode.frequency for mode in modes(drive, below=top).transverse}
         marks += [(frequency, "transverse") for frequency in across]
     return tuple(sorted(marks))

@@ -69,7 +69,7 @@ def facts_of(modes: Modes) -> list[tuple[str, str]]:
 SHOWN, SHOWN_SHAPES, SHOWN_ON_ROUTES = 8, 4, 3
 
 
-def ladder(drive: Drive, name: str, modes: Modes) -> Figure | None:
+def ladder(drive: Machine, name: str, modes: Modes) -> Figure | None:
     """The count of modes as a staircase; None where no longitudinal mode lies in its range."""
     if not any(mode.frequency < modes.certificate.below for mode in modes.longitudinal):
         return None

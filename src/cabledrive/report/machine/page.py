@@ -52,7 +52,7 @@ def machine_view(context: ReportContext, place: int) -> View:
     context.progress(f"resonance and travel: {drive.name}")
     badge, reasons, pairs = resonance_words(drive)
     sections = tuple(_sections(drive, name, pairs))
-    steps = None if isinstance(drive, RoutedDrive) else ladder(drive, name, modes)
+    steps = ladder(drive, name, modes)
     warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*drive_warnings(drive), *modes.warnings)))
     shown: dict[str, Block] = {
         "drawing": drawing(drive, name),
