@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.modal.cuts import Cut
-from cabledrive.modal.elements import Rope, Row, Wave
+from cabledrive.modal.elements import Rope, Row, Tag, Wave
 from cabledrive.modal.rows import SPRING, Array, Integers, bands, counted, lanes_at, weights, zero_pivots
 from cabledrive.modal.search import Solved, modes_between
 from cabledrive.parameters.errors import InputRefused
@@ -34,7 +34,10 @@ class Fixed(NamedTuple):
 
 
 class Component:
-    """Coordinates tied together, with what ties them; ``columns``: their numbers in the network."""
+    """Coordinates tied together, with what ties them; ``columns``: their numbers in the network.
+
+    ``tags``: pieces and directions that take part; ``ways``: the directions.
+    """
 
     def __init__(self, columns: Sequence[int], parts: Sequence[Wave | Rope | Fixed]) -> None:
         self.columns = np.array(columns, np.intp)
@@ -55,6 +58,8 @@ class Component:
         self.ends = [[[(place[c], v) for c, v in row] for row in own.rows] for own in ropes]
         every = [*self.time.tolist(), *(own.time for own in ropes)]
         self.longest, self.whole = max(every, default=0.0), float(sum(every))
+        self.tags: list[Tag] = [tag for part in (*waves, *ropes) for tag in part.tags]
+        self.ways = {way for _, way in self.tags}
         self._cuts: list[Cut] = []
         self._counts: dict[bytes, Array] = {}
         self._modes: dict[tuple[float, float], list[tuple[Cut, Solved]]] = {}

@@ -3,6 +3,7 @@
 from collections import deque
 from copy import copy
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -232,8 +233,8 @@ def _narrow_order(row: Integers, column: Integers, n: int) -> Integers:
     if n < 4:
         return np.arange(n)
     sort = np.argsort(row, kind="stable")
-    first = np.flatnonzero(np.diff(row[sort], prepend=-1))
-    sets = {tuple(sorted(set(own.tolist()))) for own in np.split(column[sort], first[1:])}
+    first, columns = np.flatnonzero(np.diff(row[sort], prepend=-1)).tolist(), column[sort].tolist()
+    sets = {tuple(sorted(set(columns[a:b]))) for a, b in pairwise([*first, len(columns)])}
     near: list[set[int]] = [set() for _ in range(n)]
     for own in sets:
         for c in own:

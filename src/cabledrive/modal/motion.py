@@ -36,9 +36,8 @@ class Mode(Shape):
     @cached_property
     def kind(self) -> str:
         """Transverse where ropes across hold more than half of the strain energy, else longitudinal."""
-        ways = {way for _, way in self.tags}
-        if not ways - {ALONG} or ALONG not in ways:
-            return TRANSVERSE if ways - {ALONG} else LONGITUDINAL
+        if not self.ways - {ALONG} or ALONG not in self.ways:
+            return TRANSVERSE if self.ways - {ALONG} else LONGITUDINAL
         across = sum(share for (_, way, _), share in self.places.items() if way != ALONG)
         return TRANSVERSE if across > 0.5 else LONGITUDINAL
 
@@ -192,6 +191,7 @@ class HeldMode(Mode):
         self.network, self.waves, self.number, self.frequency = network, waves, number, frequency
         self.multiplicity, self.clamped, self.proven = sum(n for _, n in waves), network.by_span, True
         self.tags = [wave.tag for wave, _ in waves]
+        self.ways = {way for _, way in self.tags}
         self.mass = sum(wave.z * wave.time for wave, _ in waves)
         self.coordinates = {}
 

@@ -21,6 +21,7 @@ from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from cabledrive.parameters.errors import NotComputed
@@ -184,25 +185,21 @@ def turned_round(band: NDArray[Any]) -> NDArray[Any]:
 
 
 def negative_pivots(band: NDArray[Any]) -> tuple[Array, Array]:
-    """Negative pivots of LDL^H of every lane, and how its terms outgrow the matrix; the bands are lost."""
-    size, width = band.shape[0], band.shape[1] - 1
-    top = np.abs(band[:, 0]).max(axis=0)
-    terms, count, growth = np.zeros((size, top.size)), np.zeros(top.size), np.zeros(top.size)
-    for k in range(size):
-        pivot = band[k, 0].real
-        count += pivot < 0.0
-        m = min(width, size - 1 - k)
-        if not m:
-            continue
-        column = band[k, 1 : m + 1]
-        factor = column / pivot
-        here = terms[k + 1 : k + 1 + m]
-        here += np.abs(factor) ** 2 * np.abs(pivot)
-        np.maximum(growth, here.max(axis=0), out=growth)
+    """Negative pivots of LDL^H of every lane, and how its terms outgrow the matrix."""
+    size, width, lanes = band.shape[0], band.shape[1] - 1, band.shape[2]
+    whole = np.zeros((size + width, 2 * width + 1, lanes), band.dtype)  # before the diagonal: not read
+    whole[:size, width:] = band
+    row, place, lane = whole.strides
+    behind = as_strided(whole[1:, width:], (size - 1, width, width, lanes), (row, row - place, place, lane))
+    less = np.empty((width, width, lanes), band.dtype)
+    for own, square in zip(whole[:, width:], behind, strict=False):  # of each the square of the next ones
+        column = own[1:]
         across = column.conj() if np.iscomplexobj(column) else column
-        for j in range(m):
-            band[k + 1 + j, : m - j] -= factor[j:] * across[j]
-    return count, growth / top
+        square -= np.multiply(across[:, None], column / own[0].real, out=less)
+    pivot, terms = whole[:size, width].real, np.zeros((size, lanes))
+    for d in range(1, width + 1):
+        terms[d:] += np.abs(whole[: size - d, width + d]) ** 2 / np.abs(pivot[: size - d])
+    return (pivot < 0.0).sum(axis=0), terms.max(axis=0) / np.abs(band[:, 0]).max(axis=0)
 
 
 def zero_pivots(band: NDArray[Any], least: float) -> tuple[int, bool]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.modal.cuts import Cut
-from cabledrive.modal.elements import ALONG, Rope, Tag, Wave
+from cabledrive.modal.elements import ALONG, Tag
 from cabledrive.modal.mode import BEAM, BOTH, HEAVY_STRING, SAGGING, STRING
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.rows import MASS, SPRING, Array
@@ -59,12 +59,7 @@ class Shape:
         self.multiplicity, self.frequency = solved.multiplicity, solved.omega / (2.0 * pi)
         self.clamped = network.by_span and not cut.own.size  # one rope between ends at rest
         self.proven = solved.enclosure is not None
-
-    @cached_property
-    def tags(self) -> list[Tag]:
-        """Pieces and directions that take part."""
-        parts: list[Wave | Rope] = [*self.cut.own.waves, *self.cut.own.ropes]
-        return [tag for part in parts for tag in part.tags]
+        self.tags, self.ways = cut.own.tags, cut.own.ways
 
     def taken_for(self, span: str, way: str) -> str:
         """What the rope of a span is taken for in one direction."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.modal.component import Component
-from cabledrive.modal.elements import ALONG, Rope, Tag, Wave
+from cabledrive.modal.elements import ALONG
 from cabledrive.modal.mode import LONGITUDINAL, SAME, TRANSVERSE, multiplets
 from cabledrive.modal.motion import HeldMode, Mode
 from cabledrive.modal.networks import ModalNetwork
@@ -34,14 +34,9 @@ class _Part(NamedTuple):
     network: ModalNetwork
 
     @property
-    def tags(self) -> list[Tag]:
-        parts: list[Wave | Rope] = [*self.own.waves, *self.own.ropes]
-        return [tag for part in parts for tag in part.tags]
-
-    @property
     def kinds(self) -> set[str]:
         """Kinds of modes that it may have."""
-        ways = {way for _, way in self.tags}
+        ways = self.own.ways
         found = {LONGITUDINAL} if ALONG in ways or not ways else set()
         return found | ({TRANSVERSE} if ways - {ALONG} else set())
 
