@@ -56,9 +56,10 @@ class Component:
         self.lag = np.array([own.lag for own in waves], dtype=float)
         self.ring = np.array([own.ring for own in waves], dtype=float)
         self.ends = [[[(place[c], v) for c, v in row] for row in own.rows] for own in ropes]
-        every = [*self.time.tolist(), *(own.time for own in ropes)]
+        lengths: list[Wave | Rope] = [*waves, *ropes]
+        every = [own.time for own in lengths]
         self.longest, self.whole = max(every, default=0.0), float(sum(every))
-        self.tags: list[Tag] = [tag for part in (*waves, *ropes) for tag in part.tags]
+        self.tags: list[Tag] = [tag for part in lengths for tag in part.tags]
         self.ways = {way for _, way in self.tags}
         self._cuts: list[Cut] = []
         self._counts: dict[bytes, Array] = {}
