@@ -178,3 +178,16 @@ def test_equal_modes_of_both_spans_are_one_row_and_other_modes_are_not():
     for row in rows:
         first = row.modes[0].frequency
         assert all(mode.frequency == pytest.approx(first, rel=1e-6) for mode in row.modes)
+
+
+def test_ropes_that_sag_move_with_the_rims_that_they_pass():
+    """At 58.6 Hz one of two lines is straight above its edge; beside a sheave it moves as the rim does."""
+    drive = cd.load_drive("camera-winches")
+    mode = cd.modes(drive, below=60.0).longitudinal[3]
+    assert 2.0 * np.pi * mode.frequency < mode.network.edges[0]
+    for before, after in (drive.free_spans[:2], drive.free_spans[2:]):
+        rim = before.end.radius * abs(mode.joints[before.end.name][0])
+        beside = (mode.shape(before.name, [before.length])[0, 0], mode.shape(after.name, [0.0])[0, 0])
+        np.testing.assert_allclose(np.abs(beside), rim, rtol=1e-6)
+        along = mode.shape(after.name, np.linspace(0.0, after.length, 400))[0]
+        assert np.abs(along).max() < 1.01 * rim

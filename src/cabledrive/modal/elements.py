@@ -56,7 +56,7 @@ class Wave:
     """A straight rope of even tension in one direction.
 
     ``z``: impedance of one rope [kg/s]; ``time``, ``lag``: [s]; ``ropes``: side by side; ``ring``: ring
-    frequency of a rope that is curved, along [rad/s].
+    frequency of a rope that is curved, along [rad/s]; ``cosine``: of its slope at its ends.
     """
 
     start: Row
@@ -67,6 +67,7 @@ class Wave:
     lag: float = 0.0
     ropes: int = 1
     ring: float = 0.0
+    cosine: tuple[float, float] = (1.0, 1.0)
 
     @property
     def tags(self) -> tuple[Tag, ...]:

@@ -113,12 +113,9 @@ def _curved(along: Wave, rest: RestingStretch) -> Wave:
     """The wave along a stretch that sags, far above its ring frequency."""
     force = np.transpose((rest.force, rest.end_force))
     turned = np.diff(np.arctan2(force[1], force[0]))[0]
-    cosine = force[0] / np.hypot(*force)
-    start, end = (
-        tuple((c, v * float(one)) for c, v in row)
-        for row, one in zip((along.start, along.end), cosine, strict=True)
-    )
-    return replace(along, start=start, end=end, ring=abs(float(turned)) / along.time)
+    near, far = (force[0] / np.hypot(*force)).tolist()
+    start, end = (tuple((c, v * one) for c, v in row) for row, one in ((along.start, near), (along.end, far)))
+    return replace(along, start=start, end=end, ring=abs(float(turned)) / along.time, cosine=(near, far))
 
 
 def _force_of(rest: RestingStretch, before: float) -> tuple[Callable[[Array], Array], Callable[[Array], Any]]:

@@ -154,10 +154,7 @@ class Shape:
             wave = self.cut.own.waves[number]
             back = np.exp(1j * omega * wave.lag * times[i] / wave.time) if wave.lag else 1.0
             # A curved wave is moved along itself by the cosine of what moves along the line of the pulleys.
-            turned = [row[0][1] if wave.ring and row else 1.0 for row in wave.rows]
-            cosine = turned[0] + (turned[1] - turned[0]) * (positions[here] - piece.start) / (
-                piece.end - piece.start
-            )
+            cosine = np.interp(positions[here], (piece.start, piece.end), wave.cosine)
             far = np.outer(y[3 * i + 2] / back, np.sin(alpha * share))
             near = np.outer(y[3 * i + 1], np.sin(alpha * (1 - share)))
             out[:, here] = (near + far) * back**share / np.sin(alpha) / cosine
