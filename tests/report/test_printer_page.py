@@ -16,8 +16,7 @@ from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.report.animation import controlled_film
 from cabledrive.report.figures import run_histories
 from cabledrive.report.figures.ladder import staircase
-from cabledrive.report.figures.shapes import POINTS, SIZE, machine_size
-from cabledrive.report.figures.sheet import drawn_machine
+from cabledrive.report.figures.shapes import POINTS
 from cabledrive.report.log_page import write_log_report
 from cabledrive.report.mode_figure import mode_figure, mode_picture
 from cabledrive.report.printer_page import printer_html
@@ -142,28 +141,23 @@ def test_the_page_is_sound_and_says_what_was_found(log, found, tmp_path):
 
 
 # --- What the figures draw is what was computed
-@pytest.fixture(scope="module")
-def idlers():
-    drive = cd.load_drive("printer-idlers")
+def test_a_mode_of_two_belts_is_drawn_along_each_span_in_order():
+    """Displacements over the largest of all, lengths over those of both belts, with a gap between them."""
+    drive = cd.load_drive("corexy")
     found = cd.modes(drive, count=2)
-    return drive, found, mode_figure(drive, found, most=1).axes
-
-
-def test_a_transverse_mode_of_a_machine_with_routes_is_drawn_across_its_spans(idlers):
-    """The drawn displacement of each span, over the largest of all, is that of the mode."""
-    drive, found, axes = idlers
-    shown = drawn_machine(drive)[0]  # a slim one, so that its height is stretched
-    assert axes[1].get_title(loc="left").endswith("; y × 10.7")
-    curves = [np.array(line.get_xydata()) for line in axes[1].lines if len(line.get_xydata()) == POINTS]
-    assert len(curves) == len(drive.free_spans)
-    mode, drawn, exact = mode_rows(found.transverse)[0].modes[0], [], []
-    for curve, span, own in zip(curves, drive.free_spans, shown.free_spans, strict=True):
-        rest = np.array(own.contacts[0]) + np.outer(np.linspace(0, own.length, POINTS), own.along)
-        drawn.append((curve - rest) @ np.array((-own.along[1], own.along[0])))
-        exact.append(np.real(mode.shape(span.name, np.linspace(0, span.length, POINTS))[0]))
-    drawn, exact = np.concatenate(drawn), np.concatenate(exact)
-    size = SIZE * machine_size(shown)
-    np.testing.assert_allclose(drawn, size * exact / np.abs(exact).max(), atol=1e-9 * size)
+    for axes, rows in zip(
+        mode_figure(drive, found, most=1).axes, (found.longitudinal, found.transverse), strict=True
+    ):
+        curves = [line.get_xydata() for line in axes.lines if len(line.get_xydata()) == POINTS]
+        mode, whole, gap = mode_rows(rows)[0].modes[0], sum(span.length for span in drive.free_spans), 0.0
+        exact = [mode.shape(one.name, np.linspace(0, one.length, POINTS))[0] for one in drive.free_spans]
+        size = max(np.concatenate(exact), key=abs)
+        starts = np.cumsum([0.0, *(span.length for span in drive.free_spans)]) / whole
+        for curve, own, start, span in zip(curves, exact, starts, drive.free_spans, strict=False):
+            gap = 0.06 * span.route
+            np.testing.assert_allclose(curve[:, 0], start + gap + np.linspace(0, span.length / whole, POINTS))
+            np.testing.assert_allclose(curve[:, 1], own / size, atol=1e-9)
+        assert gap > 0.0
     assert mode_picture(drive, found, "svg", most=1).startswith(b"<?xml")
 
 

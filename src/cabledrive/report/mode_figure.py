@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.modal import Modes
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.report.figures.shapes import draw_mode
 from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture
 from cabledrive.report.words import speed_unit
@@ -18,18 +18,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MOST_ROWS, MOST_PANELS = 10, 4
-"""Modes of each kind that are drawn, of a loop or line and of a machine with routes."""
-_PANEL_WIDTH, _PANEL_HEIGHT, _MARGINS = 6.4, {False: 1.0, True: 3.2}, 1.4  # inch
+MOST_ROWS = 10
+"""Modes of each kind that are drawn."""
+_PANEL_WIDTH, _PANEL_HEIGHT, _MARGINS = 6.4, 1.0, 1.4  # inch
 
 
 def mode_figure(drive: Machine, found: Modes, *, most: int | None = None) -> "Figure":
-    """Draw the lowest modes, each kind in a column, ``most`` of each, one panel each with its shape.
-
-    Shapes lie along the unrolled cable of a loop or line, and on a machine with routes.
-    """
-    routed = isinstance(drive, RoutedDrive)
-    most = most or (MOST_PANELS if routed else MOST_ROWS)
+    """Draw the lowest modes, each kind in a column, ``most`` of each, one panel each with its shape."""
+    most = most or MOST_ROWS
     kinds = [mode_rows(found.longitudinal)[:most], mode_rows(found.transverse)[:most]]
     columns = [column for column in kinds if column]
     rows = max(len(column) for column in columns)
@@ -41,7 +37,7 @@ def mode_figure(drive: Machine, found: Modes, *, most: int | None = None) -> "Fi
                 axes = figure.add_subplot(rows, len(columns), row * len(columns) + number + 1)
                 draw_mode(axes, drive, one.modes[0], last=row == len(column) - 1)
 
-    return file_figure(draw, (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT[routed] * rows))
+    return file_figure(draw, (_PANEL_WIDTH * len(columns), _MARGINS + _PANEL_HEIGHT * rows))
 
 
 def mode_picture(drive: Machine, found: Modes, form: str, *, most: int | None = None) -> bytes:

@@ -66,7 +66,7 @@ def facts_of(modes: Modes) -> list[tuple[str, str]]:
     return facts
 
 
-SHOWN, SHOWN_SHAPES, SHOWN_ON_ROUTES = 8, 4, 3
+SHOWN, SHOWN_SHAPES = 8, 4
 
 
 def ladder(drive: Machine, name: str, modes: Modes) -> Figure | None:
@@ -86,28 +86,20 @@ def ladder(drive: Machine, name: str, modes: Modes) -> Figure | None:
     )
 
 
-ON_ROUTES = (
-    "The lowest modes on the machine. Blue: along a span, by dots that it moves; orange: across. "
-    "Arrows: bodies that slide; rings: bodies that turn; radii: pulleys at rest and turned."
+UNROLLED = (
+    "Shapes of the lowest modes along the unrolled ropes, span behind span. Dots are rims of pulleys and "
+    "ends of ropes, squares the carriages; the largest displacement is scaled to one."
 )
-UNROLLED = {
-    kind: f"Shapes of the lowest modes along the unrolled cable ({way}). Dots are the rims of the pulleys, "
-    "squares the carriages; the largest displacement is scaled to one."
-    for kind, way in (("line", "drive to load"), ("loop", "drive, load and back to the drive"))
-}
 
 
 def shapes(drive: Machine, name: str, modes: Modes) -> Figure:
-    """The lowest mode shapes: along the unrolled cable, or on a machine with routes."""
+    """The lowest mode shapes along the unrolled ropes."""
     across = [row.modes[0] for row in mode_rows(m for m in modes.transverse if m.plane == "w")]
-    if isinstance(drive, RoutedDrive):
-        shown, what = [*modes.longitudinal[:SHOWN_ON_ROUTES], *across[:1]], ON_ROUTES
-    else:
-        shown, what = [*modes.longitudinal[:SHOWN_SHAPES], *across[:2]], UNROLLED[drive.kind]
+    shown = [*modes.longitudinal[:SHOWN_SHAPES], *across[:2]]
     return Figure(
         name=f"shapes-{name}",
         alt=f"{len(shown)} modes: {'; '.join(map(mode_title, shown))}.",
-        caption=what,
+        caption=UNROLLED,
         drawing=shapes_picture(f"shapes-{name}", drive, shown),
     )
 
