@@ -7,6 +7,7 @@ import pytest
 import xarray
 
 import cabledrive as cd
+from cabledrive.mechanics import rest_state
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, simulate
@@ -123,6 +124,19 @@ def test_the_chain_of_an_axis_says_that_sag_moves_its_mode(pretension, doubted):
     found = cd.modes(drive, below=2.0 * axis.words["frequencies_hz"][0])
     assert found.certified
     assert any("sag" in mode.model for mode in found.transverse)
+
+
+def test_check_has_spans_of_a_loop_at_rest_as_its_catenaries():
+    """Tensions of the network are those of the loop; one held without a motor says why it has none."""
+    found, rest = answer("check", "elevator"), rest_state(load_drive("elevator"))
+    for row in found["spans"]:
+        own = [one for one in rest.stretches if one.span == row["name"]]
+        ends = own[0].tensions[0], own[-1].tensions[1]
+        assert (row["tension_start"], row["tension_end"]) == pytest.approx(ends, rel=1e-9)
+    assert found["pulleys"][1]["capstan_friction"] == load_drive("elevator").drive_pulley.capstan_friction
+    found = answer("check", "dissertation-transporter", "--set", "layout.inclination=90 deg")
+    assert found["spans"] == []
+    assert "turns freely" in found["spans_reason"]
 
 
 # --- cabledrive simulate: what it answers, what it writes, how it ends

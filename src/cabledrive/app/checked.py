@@ -1,43 +1,66 @@
-"""Keys of what `check` answers, and the margins along a planned motion."""
+"""What `check` answers: the data sheet, warnings, and the margins along a planned motion."""
 
 from dataclasses import replace
 
 from cabledrive.answers.keys import Keys
 from cabledrive.app.resonances import indented
-from cabledrive.app.results import Answer
+from cabledrive.app.results import Answer, provenance
+from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal.lowest import DERIVED, LOWEST
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters import content_hash
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import table_text
+from cabledrive.report.machine.data import AT_REST, data_sheet, derived_table, stated_wraps
 from cabledrive.report.machine.tables import ALONG, margins_data, margins_tables
 from cabledrive.studies.motion_margins import motion_margins
 from cabledrive.studies.planned_motion import read_motion
 
 VALID = Keys("flag: valid text: drive_hash texts: warnings object: motion?", parts={"motion": ALONG})
-LOOP = Keys("object: derived", parts={"derived": DERIVED}, also=(VALID,))
-OF_ROUTES = Keys(
+SHEET = Keys(
     "number: cable_length lowest_tension highest_tension count: rigid_body_modes map: spring_preload "
     "reasons=text",
+    dict.fromkeys(AT_REST, "no state of rest, see reasons"),
     also=(LOWEST,),
 )
-ROUTE = Keys(
-    "object: derived rows: spans pulleys",
-    parts={"derived": OF_ROUTES, "spans": SPAN_ROW, "pulleys": PULLEY_ROW},
-    also=(VALID,),
+ROWS = Keys(
+    "rows: spans pulleys text: spans_reason?", parts={"spans": SPAN_ROW, "pulleys": PULLEY_ROW}, also=(VALID,)
 )
+LOOP = Keys("object: derived", parts={"derived": Keys("", also=(DERIVED, SHEET))}, also=(ROWS,))
+ROUTE = Keys("object: derived", parts={"derived": SHEET}, also=(ROWS,))
+METHOD = "balance of forces, closed formulas; lowest frequencies by the exact dynamic stiffness"
+
+
+def checked(drive: Machine) -> Answer:
+    """Derived quantities, spans and pulleys at rest, and warnings."""
+    sheet, warnings = data_sheet(drive), drive_warnings(drive)
+    parts = [table_text(one) for one in (derived_table(sheet.derived), *sheet.tables)]
+    springs = [
+        f"Spring of {name} at rest: {force:.4g} {'N m' if name.endswith('.turn') else 'N'}."
+        for name, force in (sheet.derived["spring_preload"] or {}).items()
+    ]
+    refused = [f"Spans at rest are not computed: {sheet.refused}."] if sheet.refused else []
+    lines = [f"Warning: {line}." for line in warnings] or ["No warnings."]
+    parts.append("\n".join([*springs, *refused, *lines]))
+    found = {
+        "valid": True,
+        "drive_hash": content_hash(drive),
+        "derived": sheet.derived,
+        "spans": [SPAN_ROW(row) for row in sheet.spans],
+        "pulleys": [PULLEY_ROW(row) for row in sheet.pulleys],
+        **({"spans_reason": sheet.refused} if sheet.refused else {}),
+        "warnings": warnings,
+    }
+    head = f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"
+    return Answer(data=found, text="\n\n".join([head, *parts]), provenance=provenance(drive, method=METHOD))
 
 
 def with_margins(answer: Answer, drive: Machine, file: str) -> Answer:
     """The same answer with the margins along a planned motion."""
-    if isinstance(drive, RoutedDrive):
-        found = motion_margins(drive, read_motion(file, drive, torque=False))
-    else:
-        motion = read_motion(file)
-        machine = as_machine(drive, loaded=motion.load_torque is not None)
-        pulleys = zip(machine.pulley, (drive.drive_pulley, drive.load_pulley), strict=True)
-        wraps = {named.name: own.wrap_angle for named, own in pulleys if own.wrap_angle is not None}
-        found = motion_margins(machine, motion.of_two_pulleys(), wraps=wraps)
+    motion = read_motion(file, drive, torque=False)
+    machine = as_machine(drive, loaded=motion.load_torque is not None)
+    found = motion_margins(machine, motion.by_pulley(), wraps=stated_wraps(drive))
     parts = [answer.text, "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)])]
     parts += [table_text(one) for one in margins_tables(found)]
     parts.append("\n".join(f"Assumes: {words}." for words in found.assumptions))

@@ -62,12 +62,13 @@ def how_held(found: Modes) -> str:
     return f"Listed with the motor {rotor}{also}{torque}."
 
 
-def derived_with_lowest(drive: Drive) -> dict[str, Any]:
-    """Derived quantities of a drive together with its lowest longitudinal frequencies.
+def derived_with_lowest(drive: Machine) -> dict[str, Any]:
+    """Lowest longitudinal frequencies of a machine, of two pulleys together with its derived quantities.
 
-    Returns as `DerivedQuantities.as_dict`, with the frequencies of `LowestFrequencies.as_dict` added.
+    Returns `LowestFrequencies.as_dict`, before it what `DerivedQuantities.as_dict` has.
     """
-    sheet, lowest = derived_quantities(drive).as_dict(), lowest_frequencies(drive)
+    closed = {"reasons": {}} if isinstance(drive, RoutedDrive) else derived_quantities(drive).as_dict()
+    sheet, lowest = closed, lowest_frequencies(drive)
     return sheet | lowest.as_dict() | {"reasons": sheet["reasons"] | lowest.reasons}
 
 

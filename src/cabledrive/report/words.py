@@ -12,6 +12,7 @@ from typing import Any
 from cabledrive.answers.figures import Row, figures_of, number, quantity
 from cabledrive.answers.keys import Keys
 from cabledrive.mechanics import DerivedQuantities
+from cabledrive.mechanics.datasheet import REST
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal.lowest import LOWEST as OF_LOWEST
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate
@@ -20,14 +21,21 @@ from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.report.blocks import Table, listed, table_text
 
 LOWEST = "Lowest longitudinal frequency"
-DATASHEET = figures_of(DerivedQuantities) | {
+CLOSED = figures_of(DerivedQuantities)
+DATASHEET = CLOSED | {
+    REST: (
+        Row("cable_length", "Length of all spans", "m", ""),
+        Row("highest_tension", "Highest tension", "N", ""),
+        *CLOSED[REST],
+    ),
     LOWEST: (
         Row("lowest_frequency_free_hz", "Motor free (without a motor: drive pulley free)", "Hz", ""),
         Row("lowest_frequency_held_hz", "Motor held (without a motor: drive pulley held)", "Hz", ""),
         Row("lowest_frequency_holding_hz", "Motor on its holding stiffness", "Hz", ""),
-    )
+        Row("rigid_body_modes", "Motions that strain nothing", form="d"),
+    ),
 }
-"""Figures of `DerivedQuantities` and `LowestFrequencies` by their headings."""
+"""Figures of a data sheet by their headings."""
 
 OF_MODE = Keys(
     "frequency_hz=frequency kind family multiplicity kinetic_shares proven span? plane? section? model? "

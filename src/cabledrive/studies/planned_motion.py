@@ -49,8 +49,8 @@ class PlannedMotion(Result):
         columns = (self.pretension, self.carriage, self.load_torque)
         return any(values is not None and np.ptp(values) > 0.0 for values in columns)
 
-    def of_two_pulleys(self) -> "PlannedMotion":
-        """The motion of a loop or line written as a machine with routes; its torques by pulley."""
+    def by_pulley(self) -> "PlannedMotion":
+        """The motion of a machine of which only places and torques change; that on the load by its pulley."""
         for name in ("pretension", "carriage"):
             if getattr(self, name) is not None:
                 raise InputRefused(
@@ -58,7 +58,7 @@ class PlannedMotion(Result):
                     "file: leave the column out"
                 )
         loads = {} if self.load_torque is None else {"load pulley": self.load_torque}
-        return PlannedMotion(time=self.time, torque=self.torque, torques=loads)
+        return replace(self, load_torque=None, torques={**self.torques, **loads})
 
 
 def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:

@@ -12,19 +12,17 @@ from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Re
 from cabledrive.answers.figures import quantity
 from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.holding import CONDITIONS
-from cabledrive.mechanics.network import statics_of
-from cabledrive.mechanics.network.span_table import span_rows
 from cabledrive.modal import modes
-from cabledrive.modal.lowest import derived_with_lowest, how_held
+from cabledrive.modal.lowest import how_held
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import InputRefused, NotComputed, packaged_drives
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs
 from cabledrive.report.figures.moving_machine import moving_machine
-from cabledrive.report.machine.data import derived_table
+from cabledrive.report.machine.data import data_sheet, derived_table
 from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
@@ -168,13 +166,12 @@ def _seen(drive: Machine, look: Look) -> dict[str, Any]:
 
 def _sheet(drive: Machine) -> dict[str, Sequence[Sequence[Cell]]]:
     """The datasheet: heading, then words and quantities."""
-    if not isinstance(drive, RoutedDrive):
-        return {group.title: group.rows for group in derived_table(derived_with_lowest(drive)).groups}
+    sheet = data_sheet(drive)
     spans = [
         (row["name"], f"{quantity(row['length'], 'm')}, {quantity(row['tension'], 'N', 4)}")
-        for row in span_rows(drive, statics_of(drive))
+        for row in sheet.spans
     ]
-    return {"Spans": spans}
+    return {"Spans": spans} | {group.title: group.rows for group in derived_table(sheet.derived).groups}
 
 
 KEPT, MOST_PAIRS = 4, 12

@@ -24,7 +24,7 @@ from cabledrive.parameters.route.parts import (
 
 _UNDER_GRAVITY = RouteLayout()
 ONLY_TWO_PULLEYS = frozenset(
-    {"drive_pulley", "load_pulley", "span_length", "pulley_distance", "spans", "lumped", "carriages_on"}
+    {"drive_pulley", "load_pulley", "span_length", "pulley_distance", "lumped", "carriages_on"}
     | {"carriage_number", "moving_with"}
 )
 """What a drive of kind "loop" or "line" has and a machine with routes has not."""
@@ -147,6 +147,11 @@ class RoutedDrive(MachineBase):
             )
             for i, span in enumerate(found)
         )
+
+    @property
+    def spans(self) -> tuple[str, ...]:
+        """Names of the free spans."""
+        return tuple(span.name for span in self.free_spans)
 
     @cached_property
     def carriage_places(self) -> tuple[tuple[int, float], ...]:

@@ -4,12 +4,16 @@ import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from math import degrees
-from typing import Any
+from typing import Any, NamedTuple
 
 from cabledrive.answers.figures import MOST_PARTS, Row, given, key_of, number, shown
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.modal.lowest import derived_with_lowest
+from cabledrive.modal.natural import spectrum_of
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
 from cabledrive.report.figures.moving_machine import coordinates, moving_machine
 from cabledrive.report.typesetting import capital
@@ -61,7 +65,7 @@ def _rows(part: Any) -> tuple[tuple[str, str], ...]:
 
 
 def derived_table(sheet: Mapping[str, Any], caption: Text = "Derived quantities.") -> Table:
-    """What closed formulas give. ``sheet``: in SI, by name."""
+    """What follows from the data. ``sheet``: in SI, by name."""
     seen = {key: 0.0 if isinstance(own, float) and abs(own) < NOTHING else own for key, own in sheet.items()}
     found = ((title, tuple(shown(rows, seen))) for title, rows in DATASHEET.items())
     groups = [RowGroup(title=title, rows=rows) for title, rows in found if rows]
@@ -79,6 +83,7 @@ def both(values: tuple[float, float]) -> str:
     return low if same else f"{low} to {high}"
 
 
+AT_REST = ("cable_length", "lowest_tension", "highest_tension", "spring_preload")
 SPANS = (
     Row("name", "Span", kind="text"),
     Row("length", "Length", "m", 6),
@@ -96,15 +101,53 @@ PULLEYS = (
 )
 
 
-def spans_table(drive: RoutedDrive) -> Table:
-    """Free spans at rest."""
-    rows = span_rows(drive, statics_of(drive))
-    ended = (row | {"ends": (row["tension_start"], row["tension_end"])} for row in rows)
-    note = "Safety is the rope's strength over its largest tension at rest."
-    return listed("Free spans at rest.", SPANS, ended, note=note)
+class DataSheet(NamedTuple):
+    """What follows from the data of a machine, in SI by name; spans and pulleys at rest, or why not."""
+
+    derived: dict[str, Any]
+    spans: list[dict[str, Any]]
+    pulleys: list[dict[str, Any]]
+    refused: str
+
+    @property
+    def tables(self) -> list[Table]:
+        """Those of spans and of pulleys, where there are any."""
+        ended = (row | {"ends": (row["tension_start"], row["tension_end"])} for row in self.spans)
+        note = "Safety is the rope's strength over its largest tension at rest."
+        found = [listed("Free spans at rest.", SPANS, ended, note=note)] if self.spans else []
+        return found + (
+            [listed("Pulleys that a rope passes.", PULLEYS, self.pulleys)] if self.pulleys else []
+        )
 
 
-def pulleys_table(drive: RoutedDrive) -> Table | None:
-    """Pulleys that a rope passes; None where there are none."""
-    rows = pulley_rows(drive, statics_of(drive))
-    return listed("Pulleys that a rope passes.", PULLEYS, rows) if rows else None
+def stated_wraps(drive: Machine) -> dict[str, float]:
+    """Angles of wrap that the file has, beside its coordinates, by the name of the pulley [rad]."""
+    both = zip(as_machine(drive).pulley, drive.pulley, strict=True)
+    found = ((named.name, getattr(own, "wrap_angle", None)) for named, own in both)
+    return {name: wrap for name, wrap in found if wrap is not None}
+
+
+def data_sheet(drive: Machine) -> DataSheet:
+    """Derived quantities of a machine, and its spans by the names that modes have."""
+    machine, derived, refused = as_machine(drive), derived_with_lowest(drive), ""
+    derived["rigid_body_modes"] = spectrum_of(drive)[0].rigid_body_modes
+    spans, pulleys = list[dict[str, Any]](), list[dict[str, Any]]()
+    try:
+        statics = statics_of(machine)
+    except InputRefused as refusal:  # of a loop that is held without a motor
+        refused = str(refusal)
+        derived |= dict.fromkeys(AT_REST)
+        derived["reasons"] |= dict.fromkeys(AT_REST, refused)
+    else:
+        rows = zip(drive.spans, span_rows(machine, statics), strict=True)
+        spans, pulleys = [row | {"name": name} for name, row in rows], pulley_rows(machine, statics)
+        for name, wrap in stated_wraps(drive).items():
+            for row in (own for own in pulleys if own["name"] == name):
+                needed = row["needed_friction"]
+                row |= {"wrap": wrap, "needed_friction": needed and needed * row["wrap"] / wrap}
+            for row in (own for own in spans if own["pulley"] == name):
+                row["wrap"] = wrap
+        ends = [row[end] for row in spans for end in ("tension_start", "tension_end")]
+        lengths = sum(row["length"] * row["ropes"] for row in spans)
+        derived |= zip(AT_REST, (lengths, min(ends), max(ends), statics.preload), strict=True)
+    return DataSheet(derived, spans, pulleys, refused)

@@ -4,11 +4,11 @@ from collections.abc import Iterator, Sequence
 
 from cabledrive.answers.figures import number
 from cabledrive.mechanics import drive_warnings
-from cabledrive.modal.lowest import derived_with_lowest, how_held, lowest_frequencies
+from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
-from cabledrive.report.blocks import Block, Section, Table
+from cabledrive.report.blocks import Block, Note, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import sketch
 from cabledrive.report.machine.card import (
@@ -20,12 +20,11 @@ from cabledrive.report.machine.card import (
     travel_figures,
 )
 from cabledrive.report.machine.data import (
+    data_sheet,
     data_table,
     derived_table,
     drawing,
-    pulleys_table,
     source_paragraphs,
-    spans_table,
 )
 from cabledrive.report.machine.rest import rest_blocks
 from cabledrive.report.page import MACHINES, Badge, Card, View
@@ -101,18 +100,22 @@ def machine_view(context: ReportContext, place: int) -> View:
 
 def _sections(drive: Machine, name: str, pairs: Table | None) -> Iterator[Section]:
     """What applies to a machine; some formulas are of a loop or a line."""
-    machine = as_machine(drive)
-    hanging, simple, derived = (list[Block]() for _ in range(3))
+    sheet, hanging, simple = data_sheet(drive), list[Block](), list[Block]()
     if not isinstance(drive, RoutedDrive):
         hanging, simple = [*rest_blocks(drive, name)], [simple_models_table(drive)]
-        derived = [derived_table(derived_with_lowest(drive))]
+    spans: list[Block] = [Note(text=f"Not computed: {sheet.refused}.")] if sheet.refused else [*sheet.tables]
     parts: tuple[tuple[str, str, Sequence[Block | None], str], ...] = (
         ("At rest, under gravity", "rest", hanging, HANGING),
-        ("Over the travel", "travel", tuple(travel_figures(machine, name)), ""),
+        ("Over the travel", "travel", tuple(travel_figures(as_machine(drive), name)), ""),
         ("Pairs near internal resonance", "pairs", (pairs,), ""),
-        ("Spans and pulleys", "spans", (spans_table(machine), pulleys_table(machine)), ""),
+        ("Spans and pulleys", "spans", spans, ""),
         ("What simpler formulas give", "simple", simple, ""),
-        ("Data and derived quantities", "data", (data_table(drive), *derived), UNSTRETCHED),
+        (
+            "Data and derived quantities",
+            "data",
+            (data_table(drive), derived_table(sheet.derived)),
+            UNSTRETCHED,
+        ),
     )
     for title, anchor, own, text in parts:
         if blocks := tuple(block for block in own if block is not None):
