@@ -11,7 +11,7 @@ from cabledrive.modal.lowest import against_rigid_supports
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of
-from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.reduction.quality import distributed
 from cabledrive.reduction.threshold import threshold_torque
 from reproduction.chapter_5 import tuned_drive
 from reproduction.items import Found, Outcome
@@ -26,7 +26,7 @@ def conclusions(quick: bool) -> Outcome:
     tuned = tuned_drive()
     own = replace(tuned, cable=replace(tuned.cable, pretension=load_drive("dissertation-2").cable.pretension))
     at, away = (1e3 * float(threshold_torque(autoparametric_model(drive))) for drive in (tuned, own))
-    measured = with_measured_stiffness(load_drive("dissertation-3"))
+    measured = distributed(load_drive("dissertation-3"))
     lumped = natural_frequencies_of(lumped_model(load_drive("dissertation-3"), 4)) / (2 * pi)
     off = float(np.max(np.abs(lumped / natural_frequencies(measured, count=lumped.size) - 1.0)))
     first, second = modes(measured, count=2).longitudinal[:2]

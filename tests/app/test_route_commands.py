@@ -119,7 +119,7 @@ def test_the_chain_of_an_axis_says_that_sag_moves_its_mode(pretension, doubted):
     """At 2 N the belt's first mode is 190 Hz, among the waves across its spans; `modes` takes sag in."""
     loose = [f"cable.pretension={pretension}", "layout.gravity=9.81"]
     drive = cd.load_drive("printer-idlers", overrides=loose)
-    axis = as_axis(drive)
+    axis = as_axis(drive).axis
     assert (WORDS in (axis.words["sag"] or "")) == doubted
     found = cd.modes(drive, below=2.0 * axis.words["frequencies_hz"][0])
     assert found.certified

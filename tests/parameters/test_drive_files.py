@@ -181,7 +181,7 @@ SETTINGS += ["excitation.torque_ripple=0.02"]
 EVERY_NUMBER = load_drive(EXAMPLE, overrides=SETTINGS)
 OTHER = {"kind": "line", "span": "lower"}
 ELSEWHERE = {"schema", "name", "title", "source", "pulley_distance", "fixed", "given_rigidity"}
-ELSEWHERE |= {"coupled", "type", "direction", "speed"}
+ELSEWHERE |= {"coupled", "type", "direction", "speed", "chain_of"}
 
 
 def varied(value, name):

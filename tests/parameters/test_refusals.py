@@ -100,6 +100,8 @@ BAD_SHAPES = {
     'unknown key "cable.EA": give axial_rigidity': changed("pretension", 'EA = "19 kN"\npretension'),
     'unknown key "pulley.1.diameter": give radius, half of it': DRIVE + "diameter = 1",
     'unknown key "goal.x" (known: tracking_error)': DRIVE + "[goal]\nx = 1",
+    'unknown key "chain_of" (known: cable, carriage, excitation, goal, kind, layout, lumped, motor, name, '
+    "pulley, schema, sensors, source, title)": "chain_of = 1\n" + DRIVE,
     'missing key "cable.pretension": pretension T0; a slack cable transmits nothing; add it': changed(
         'pretension = "7 N"', ""
     ),

@@ -223,7 +223,7 @@ def test_the_lumped_model_of_an_axis_is_its_chain():
     np.testing.assert_allclose(np.array(model.stiffness) * rim**2, chain.stiffness, rtol=1e-12)
     assert axis.motor.torque_limit == pytest.approx(0.5)
     assert model.coulomb[-1] == pytest.approx(2.0 * 6.366e-3)
-    assert as_axis(machine, "beam.y").load == "beam.y"
+    assert as_axis(machine, "beam.y").axis.load == "beam.y"
 
 
 @pytest.mark.parametrize("motor", ["held", "free"])

@@ -7,6 +7,7 @@ import pytest
 
 from cabledrive.identification.estimates import Fit
 from cabledrive.identification.signals import difference, zero_phase
+from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import model_quality
@@ -23,7 +24,7 @@ from cabledrive.studies.study.goals import SPREADS, goals_of
 from cabledrive.studies.study.knowledge_stage import ESSENTIAL, know
 from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
-from cabledrive.studies.study.modes_stage import resonance_of
+from cabledrive.studies.study.modes_stage import find_modes, resonance_of
 from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.stage_cache import as_plain, revived
 from study_drives import (
@@ -404,6 +405,12 @@ def test_the_chain_of_an_axis_holds_beyond_its_first_mode(printer, measured):
     measured(f"rigid {one.holds_5:.0f} Hz, chain {three.holds_5:.0f} Hz, mode {three.exact[0]:.1f} Hz")
     assert three.frequencies == pytest.approx(three.exact, rel=1e-9)
     assert one.holds_5 < 0.5 * three.exact[0] < 1.5 * three.exact[0] < three.holds_5
+
+
+def test_modes_of_an_axis_under_study_are_those_of_free_motors(printer):
+    """Torque control leaves out the stepper's spring, which the file gives."""
+    found = [row.frequency for row in find_modes(as_axis(printer), "").rows if row.kind == "longitudinal"]
+    np.testing.assert_allclose(found, natural_frequencies(printer, count=len(found), motor="free"))
 
 
 @pytest.mark.verify

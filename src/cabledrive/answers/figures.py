@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields
-from functools import reduce
+from functools import cache, reduce
 from math import degrees, floor, isfinite, log10, pi
 from typing import Any, NamedTuple
 
@@ -154,6 +154,13 @@ def key_of(own: dataclasses.Field[Any]) -> str:
     return str(own.metadata.get("key", own.name))
 
 
+@cache
+def fields_by_key(table: type) -> dict[str, dataclasses.Field[Any]]:
+    """Fields of a table by their keys in the drive file, those left out that stand in none; else nothing."""
+    found = fields(table) if dataclasses.is_dataclass(table) else ()
+    return {key_of(own): own for own in found if own.metadata.get("file", True)}
+
+
 def figure(
     unit: str,
     words: str,
@@ -184,8 +191,8 @@ def figures_of(*tables: type) -> dict[str, tuple[Row, ...]]:
 
 def given(of: Any, place: str = "") -> Iterator[tuple[str, str]]:
     """Key and value of each quantity that is stated of a thing and its parts, as `--set` has them."""
-    for own in fields(of):
-        value, unit, key = getattr(of, own.name), own.metadata.get("unit"), f"{place}{key_of(own)}"
+    for name, own in fields_by_key(of.__class__).items():
+        value, unit, key = getattr(of, own.name), own.metadata.get("unit"), f"{place}{name}"
         if dataclasses.is_dataclass(value):
             yield from given(value, f"{key}.")
         elif isinstance(value, tuple):

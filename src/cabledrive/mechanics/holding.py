@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
@@ -58,15 +59,16 @@ def held_joints(drive: Drive, hold: Sequence[str]) -> frozenset[str]:
     return frozenset(known[name] for name in hold)
 
 
-def released(drive: Drive) -> Drive:
-    """The drive without a holding stiffness: what a torque controller sees of it.
+def released(drive: Any) -> Any:
+    """A machine without holding stiffness: what a torque controller sees of it.
 
     A stepper under field-oriented control commutates with the rotor, and a torque command replaces the
     position loop of a servo: either way no spring pulls the rotor to a commanded angle.
     """
-    if drive.motor is None or drive.motor.holding_stiffness is None:
+    if all(own.holding_stiffness is None for own in drive.motors):
         return drive
-    return replace(drive, motor=replace(drive.motor, holding_stiffness=None))
+    freed = tuple(replace(own, holding_stiffness=None) for own in drive.motors)
+    return replace(drive, motor=freed[0] if isinstance(drive, Drive) else freed)
 
 
 def left_out_under_torque(drive: MachineBase) -> str | None:

@@ -27,9 +27,9 @@ from cabledrive.modal.ranges import (
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
-from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import AxisDrive, require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
@@ -97,8 +97,6 @@ def modes(
         raise InputRefused(f"at_torque = {at_torque} N m is not finite: give the steady torque in N m")
     spectrum, network = spectrum_of(drive, motor, hold, at_torque)
     listed = _listed(spectrum, below, count)
-    if isinstance(drive, AxisDrive):
-        drive = drive.machine
     if isinstance(drive, Chain):
         return listed
     if network is not None:
@@ -129,8 +127,8 @@ def spectrum_of(
     taut: bool = False,
 ) -> tuple[Spectrum, Network | None]:
     """The modes of any machine, and the coordinates of one with routes."""
-    if isinstance(drive, AxisDrive):
-        drive = drive.machine
+    if isinstance(drive, Drive):
+        drive = drive.axis.machine
     if isinstance(drive, Chain):
         if motor is not None or hold or at_torque:
             raise InputRefused(

@@ -1,9 +1,10 @@
 """The whole drive: cable, two pulleys, carriages, motor, sensors, put together and checked."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from math import copysign
+from typing import TYPE_CHECKING, Any
 
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive_parts import (
@@ -17,7 +18,26 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import choice, described, meaning, nearest
 from cabledrive.parameters.machine import MachineBase
 
+if TYPE_CHECKING:
+    from cabledrive.parameters.route.drive import Machine
+
 PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """What a motor moves, and the machine with the spans that does it."""
+
+    machine: "Machine"
+    load: str = "load pulley"  # coordinate that is the load
+    gain: float = 1.0  # its motion per motor angle [m/rad], [rad/rad]
+    slides: bool = False  # whether the load slides: its "load angle" is then its place over the gain
+    words: dict[str, Any] = field(compare=False)  # how a chain of routes was found, for results
+
+    @property
+    def per_angle(self) -> float:
+        """Motion of the load per load angle [m/rad]; of one that turns the sense of the gain [-]."""
+        return self.gain if self.slides else copysign(1.0, self.gain)
 
 
 @described
@@ -32,6 +52,9 @@ class Drive(MachineBase):
     carriage: tuple[Carriage, ...] = meaning("any number of carried masses", ())
     motor: Motor | None = meaning("on the drive pulley", None)
     lumped: Lumped | None = meaning("measured stiffness and damping", None)
+    # where it is the lumped chain of a machine with routes, for control: without spans of its own, its cable
+    # has the chain's stiffness, no mass, and the pretension of a loop slack at the same torque
+    chain_of: Axis | None = field(default=None, metadata={"file": False})
 
     def __post_init__(self) -> None:
         MachineBase.__post_init__(self)
@@ -52,6 +75,11 @@ class Drive(MachineBase):
             raise InputRefused(
                 'excitation.orders are for kind = "route": leave them out, and name them with `map --order`'
             )
+
+    @property
+    def axis(self) -> Axis:
+        """The axis that its motor moves: of a machine with routes, or its own load pulley."""
+        return self.chain_of or Axis(machine=self, words={"motors": {"drive pulley": 1.0}})
 
     @cached_property
     def span_length(self) -> float:

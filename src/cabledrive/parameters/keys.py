@@ -1,11 +1,11 @@
 """Figures of a machine by their keys in its file: units, meanings, and the machine with other values."""
 
 from collections.abc import Mapping
-from dataclasses import Field, fields, is_dataclass, replace
+from dataclasses import Field, is_dataclass, replace
 from functools import partial
 from typing import Any, TypeVar
 
-from cabledrive.answers.figures import key_of
+from cabledrive.answers.figures import fields_by_key
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route.drive import Machine
@@ -68,7 +68,7 @@ def _located(drive: Machine, key: str) -> tuple[Steps, Field[Any]]:
             number, left = _entry(part, left, key)
             steps.append(number)
             part = part[number]
-        known = {key_of(field): field for field in fields(part)} if is_dataclass(part) else {}
+        known = fields_by_key(part.__class__)
         require_known(left[0], known, f'unknown key "{key}"', key.removesuffix(".".join(left)))
         field = known[left.pop(0)]
         steps.append(field.name)
@@ -88,7 +88,7 @@ def _entry(table: tuple[Any, ...], path: list[str], key: str) -> tuple[int, list
     names = [getattr(part, "name", "") for part in table]
     if step in names and rest:
         return names.index(step), rest
-    if len(table) == 1 and is_dataclass(table[0]) and step in {key_of(field) for field in fields(table[0])}:
+    if len(table) == 1 and step in fields_by_key(table[0].__class__):
         return 0, path  # a single [motor] is written without a number
     known = f", or by name: {', '.join(filter(None, names))}" if any(names) else ""
     raise InputRefused(f'"{key}": there are {len(table)} entries, numbered from 0{known}: choose one of them')

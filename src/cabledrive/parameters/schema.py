@@ -6,14 +6,13 @@ import json
 from math import pi
 from typing import Any
 
-from cabledrive.answers.figures import key_of
+from cabledrive.answers.figures import fields_by_key
 from cabledrive.parameters.cable import cable_types
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.machine import MOST_CARRIAGES, WORDS
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import MOVES
-from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.tables import ARRAYS, KEY, RELATIVE, TABLES, tables_from_drive
 
 _LIMITS: dict[str, dict[str, float]] = {
@@ -138,12 +137,12 @@ def _pair_schema(unit: str) -> dict[str, Any]:
 
 
 def _table_schema(table: type) -> dict[str, Any]:
-    fields = dataclasses.fields(table)
+    fields = fields_by_key(table)
     return {
         "type": "object",
         "description": (table.__doc__ or "").splitlines()[0],
-        "properties": {key_of(field): _field_schema(field) for field in fields},
-        "required": [field.name for field in fields if field.default is dataclasses.MISSING],
+        "properties": {key: _field_schema(field) for key, field in fields.items()},
+        "required": [own.name for own in fields.values() if own.default is dataclasses.MISSING],
         "additionalProperties": False,
     }
 
@@ -184,8 +183,8 @@ def content_hash(drive: Machine) -> str:
         64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without its words).
     """
     content = tables_from_drive(drive, words=False)
-    if isinstance(drive, AxisDrive):
-        content["machine"] = tables_from_drive(drive.machine, words=False)
+    if isinstance(drive, Drive) and drive.chain_of:
+        content["machine"] = tables_from_drive(drive.axis.machine, words=False)
     for number, carriage in enumerate(drive.carriage if isinstance(drive, Drive) else ()):
         if carriage.coupled:  # by the number of the other one, which a new name does not change
             content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)

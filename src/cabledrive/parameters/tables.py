@@ -3,10 +3,9 @@
 import dataclasses
 import re
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
-from cabledrive.answers.figures import key_of
+from cabledrive.answers.figures import fields_by_key
 from cabledrive.parameters.cable import Cable, Rope, with_type
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.drive_parts import (
@@ -101,7 +100,7 @@ def drive_from_tables(data: dict[str, Any]) -> Any:
 
 def check_keys(data: dict[str, Any], table: type, place: str) -> None:
     """Refuse keys that a table does not know, and a table that lacks one; ``place``: "cable."."""
-    fields = _fields_by_key(table)
+    fields = fields_by_key(table)
     for key in data:
         if key not in fields:
             other = OTHER_WORDS.get(f"{place.split('.')[0]}.{key}")
@@ -112,12 +111,6 @@ def check_keys(data: dict[str, Any], table: type, place: str) -> None:
             table_or_key = "table" if name in TABLES[Drive] or name in ARRAYS[Drive] else "key"
             meaning = field.metadata.get("meaning", f"a {table_or_key} of the drive")
             raise InputRefused(f'missing key "{place}{name}": {meaning}; add it')
-
-
-@cache
-def _fields_by_key(table: type) -> dict[str, dataclasses.Field[Any]]:
-    """Fields of a table by their keys in the drive file."""
-    return {key_of(field): field for field in dataclasses.fields(table)}
 
 
 def _rows_of(data: dict[str, Any], key: str) -> list[Any]:
@@ -135,7 +128,7 @@ def table_from(data: Any, table: type, place: str) -> Any:
         remedy = f"[[{head}]]" if dot else f"[{place}]"
         raise InputRefused(f"{place} is {kind_of(data)}, not a table: write {remedy} above its keys")
     check_keys(data, table, f"{place}.")
-    fields = _fields_by_key(table)
+    fields = fields_by_key(table)
     try:
         return table(**{fields[key].name: _value(value, fields[key], key) for key, value in data.items()})
     except InputRefused as refusal:
@@ -169,7 +162,7 @@ def tables_from_drive(drive: Machine, *, words: bool = True) -> dict[str, Any]:
         if (words or key not in WORDS) and (key == "name" or getattr(drive, key) != "")
     }
     machine = RoutedDrive if isinstance(drive, RoutedDrive) else Drive
-    fields = _fields_by_key(machine)
+    fields = fields_by_key(machine)
     for key in TABLES[machine]:
         table = getattr(drive, key)
         if table is not None and table != fields[key].default:
@@ -183,8 +176,8 @@ def tables_from_drive(drive: Machine, *, words: bool = True) -> dict[str, Any]:
 def _plain(table: Any, words: bool) -> dict[str, Any]:
     """A table as plain data, each quantity with its unit, defaults left out; ``words``: texts included."""
     data = {
-        key_of(field): _text(getattr(table, field.name), field.metadata)
-        for field in dataclasses.fields(table)
+        key: _text(getattr(table, field.name), field.metadata)
+        for key, field in fields_by_key(table.__class__).items()
         if getattr(table, field.name) != field.default and (words or "words" not in field.metadata)
     }
     if isinstance(table, Body) and table.moves == ("turn",):

@@ -14,7 +14,6 @@ from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network.assembly import (
     Network,
     network_of,
-    network_response,
     relative_turn,
     rotor_turn,
 )
@@ -22,10 +21,11 @@ from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
-from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.drive import Axis
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import RoutedMotor
-from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import first_order
 from cabledrive.reduction.network_chain import MOST_CROSS, NetworkChain, modes_at_rest, network_chains
 from cabledrive.reduction.two_motors import is_winched
@@ -43,8 +43,8 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
 
     Without a name the first axis that is a chain. Refused: no such axis, a load not at the end of it.
     """
-    if not isinstance(drive, RoutedDrive):
-        if axis is not None:
+    if isinstance(drive, Drive):
+        if axis not in (None, drive.axis.load):
             raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
         return drive
     if axis is None and is_winched(drive):
@@ -66,7 +66,7 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
         raise type(refusal)(f'kind = "route": {refusal}') from None
 
 
-def axis_drive(chain: NetworkChain) -> AxisDrive:
+def axis_drive(chain: NetworkChain) -> Drive:
     """The drive for control of a chain whose load is its end."""
     machine = chain.network.drive
     motors = list(machine.motor)
@@ -82,7 +82,7 @@ def axis_drive(chain: NetworkChain) -> AxisDrive:
         inertia = min(inertia, 0.9 * first)
     per_load = 1.0 if slides else 1.0 / gain
     stiffness = float(chain.stiffness[-1])
-    return AxisDrive(
+    return Drive(
         name=machine.name,
         kind="loop",
         title=f"{machine.title or machine.name}: axis of {chain.load}",
@@ -113,27 +113,17 @@ def axis_drive(chain: NetworkChain) -> AxisDrive:
         ),
         sensors=machine.sensors,
         goal=machine.goal,
-        machine=machine,
-        load=chain.load,
-        gain=chain.gain,
-        slides=slides,
-        words=chain_words(chain) | {"slack_torque": slack_torque(chain), "slides": slides},
+        chain_of=Axis(
+            machine=machine,
+            load=chain.load,
+            gain=chain.gain,
+            slides=slides,
+            words=chain_words(chain) | {"slack_torque": slack_torque(chain), "slides": slides},
+        ),
     )
 
 
-def response_of_axis(drive: AxisDrive, omega: Array, *, angle_of: str = "load") -> Complex:
-    """Angle of "load" or "motor" per torque of the motors [rad/(N m)], with the waves of every span.
-
-    The angle of a load that slides is its place over the gain. ``omega``, shape (p,) [rad/s], above 0.
-    """
-    network = network_of(drive.machine, motor=FREE)
-    turn, load = _motor_turn(network, drive.words["motors"]), network.motion.unit(drive.load)
-    # The torque is that of all motors together, their angle the mean of theirs: one row for both.
-    row = turn if angle_of == "motor" else load / (drive.gain if drive.slides else np.sign(drive.gain))
-    return network_response(network, omega, turn, row[None, :])[:, 0]
-
-
-def cross_motion(drive: AxisDrive, torque: Array, interval: float) -> dict[str, Any] | None:
+def cross_motion(drive: Drive, torque: Array, interval: float) -> dict[str, Any] | None:
     """What a chain neglects along a torque where the axes of a machine couple; None where they do not.
 
     The machine of `modes_at_rest` under the same torque with the other axis' motors free and held, against
@@ -141,17 +131,18 @@ def cross_motion(drive: AxisDrive, torque: Array, interval: float) -> dict[str, 
     ``torque``, shape (samples,): of all motors [N m]; ``interval`` [s]. Returns the other axis' coordinate,
     its largest motion and how far the load is off [m], [rad], each with motors free and held.
     """
+    axis = drive.axis
+    if not axis.words.get("coupled"):
+        return None
     from scipy.signal import StateSpace, lsim
 
-    other, motors = drive.words["other"], drive.words["motors"]
-    if drive.words["coupling"] <= MOST_CROSS or other is None:
-        return None
-    network = network_of(drive.machine, motor=FREE)
-    turn = _motor_turn(network, motors)
+    other, motors = axis.words["other"], axis.words["motors"]
+    network = network_of(as_machine(axis.machine), motor=FREE)
+    turn = motor_turn(network, motors)
     signs = dict(zip(motors, (1.0, -next(reversed(motors.values()))), strict=True))
-    held, place = _motor_turn(network, signs), network.motion.unit(other)
+    held, place = motor_turn(network, signs), network.motion.unit(other)
     damping = network.rope_damping + network.dampers.matrix
-    seen = np.vstack([network.motion.unit(drive.load), place])
+    seen = np.vstack([network.motion.unit(axis.load), place])
 
     def motion(at_rest: Array) -> Array:
         """Motion of load and other load from rest, with rows held; (samples, 2)."""
@@ -173,14 +164,20 @@ def cross_motion(drive: AxisDrive, torque: Array, interval: float) -> dict[str, 
 
 def axis_notes(drive: Drive) -> tuple[str, ...]:
     """What the numbers of an exported axis of a machine with routes mean; none for any other drive."""
-    if not isinstance(drive, AxisDrive):
+    if not drive.chain_of:
         return ()
-    unit = "m/rad, and its angle here is its place over that" if drive.slides else "rad/rad"
-    coupled = [drive.words["coupled"]] if drive.words["coupled"] else []
+    axis = drive.chain_of
+    unit = "m/rad, and its angle here is its place over that" if axis.slides else "rad/rad"
+    coupled = [axis.words["coupled"]] if axis.words["coupled"] else []
     return (
-        f"axis {drive.load} of a machine with routes, {drive.gain:.6g} {unit}; lumped chain, links linear",
+        f"axis {axis.load} of a machine with routes, {axis.gain:.6g} {unit}; lumped chain, links linear",
         *coupled,
     )
+
+
+def axis_words(drive: Drive, **more: Any) -> dict[str, Any]:
+    """What results say of an axis of a machine with routes, under "axis"; nothing of any other drive."""
+    return {"axis": drive.axis.words | more} if drive.chain_of else {}
 
 
 def chain_words(chain: NetworkChain) -> dict[str, Any]:
@@ -213,7 +210,7 @@ def chain_words(chain: NetworkChain) -> dict[str, Any]:
 def slack_torque(chain: NetworkChain) -> float:
     """Torque of the motor against a held load at which the first span has no tension left [N m]."""
     network = chain.network
-    turn, load = _motor_turn(network, chain.motors), network.motion.unit(chain.load)
+    turn, load = motor_turn(network, chain.motors), network.motion.unit(chain.load)
     n = load.size
     bordered = np.zeros((n + 1, n + 1))
     bordered[:n, :n], bordered[:n, n], bordered[n, :n] = network.static_stiffness, load, load
@@ -222,12 +219,10 @@ def slack_torque(chain: NetworkChain) -> float:
     return float(1.0 / np.max(np.abs(network.pull @ motion) / network.lowest_tension))
 
 
-def _motor_turn(network: Network, motors: dict[str, float]) -> Array:
-    """Row of the motor angle of an axis, shape (n,)."""
-    names = [network.drive.pulley[number].name for number in network.drive.driven]
-    turns = [
-        motors[name] * rotor_turn(network.motion, network.drive.driven[i]) for i, name in enumerate(names)
-    ]
+def motor_turn(network: Network, motors: dict[str, float]) -> Array:
+    """Row of the motor angle of an axis, the mean of its motors', shape (n,); ``motors``: sign by pulley."""
+    names = [pulley.name for pulley in network.drive.pulley]
+    turns = [sign * rotor_turn(network.motion, names.index(name)) for name, sign in motors.items()]
     return np.asarray(sum(turns) / len(turns))
 
 
@@ -258,7 +253,7 @@ def _motor(motors: list[RoutedMotor], inertia: float, chain: NetworkChain) -> Mo
 def _friction(chain: NetworkChain, slides: bool) -> tuple[tuple[float, float], tuple[float, float]]:
     """Viscous and Coulomb friction of the rest at the motor and of the load at its angle, by rigid motion."""
     network, machine, motion = chain.network, chain.network.drive, chain.network.motion
-    rigid = chain.shapes[:, 0] / float(_motor_turn(network, chain.motors) @ chain.shapes[:, 0])
+    rigid = chain.shapes[:, 0] / float(motor_turn(network, chain.motors) @ chain.shapes[:, 0])
     own = motion.unit(chain.load)
     scale = abs(chain.gain) if slides else 1.0  # load angle of a slide: its place over the gain
     found = [

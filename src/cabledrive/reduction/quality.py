@@ -2,16 +2,17 @@
 
 from dataclasses import dataclass, replace
 from math import pi
+from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.holding import LOAD_PULLEY, released
+from cabledrive.mechanics.holding import FREE, released
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import network_response, rotor_turn
+from cabledrive.mechanics.network.assembly import network_response
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route.two_pulleys import AxisDrive, as_machine
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import (
     highest_model,
     lumped_model,
@@ -19,9 +20,9 @@ from cabledrive.reduction.lumped_chain import (
     rim_spring,
     speed_response,
 )
-from cabledrive.reduction.network_axis import as_axis, response_of_axis
+from cabledrive.reduction.network_axis import as_axis, motor_turn
 
-LOWEST_HZ, HIGHEST_HZ, POINTS, POINTS_OF_AXIS = 0.05, 2000.0, 6000, 1500
+LOWEST_HZ, HIGHEST_HZ, POINTS = 0.05, 2000.0, 6000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,27 +36,34 @@ class ModelQuality:
     holds_5: float  # the same to 5 % [Hz]
 
 
-def with_measured_stiffness(drive: Drive) -> Drive:
-    """The distributed drive whose EA / L is the stiffness that the models have."""
+def distributed(drive: Drive) -> Any:
+    """The machine with its spans: of a chain of routes as in its file, else with the EA / L of the models."""
+    if drive.chain_of:
+        return drive.chain_of.machine
     stiffness, damping = (value / len(drive.spans) for value in rim_spring(drive))
     length = drive.span_length
     cable = replace(drive.cable.with_rigidity(stiffness * length), axial_damping=damping * length)
     return replace(drive, cable=cable, lumped=None)
 
 
+def exact_frequencies(drive: Drive, count: int) -> Array:
+    """Lowest natural frequencies of the distributed machine along a drive's axis, at most ``count`` [Hz]."""
+    known = drive.axis.words.get("frequencies_hz")  # not the modes of another axis
+    return np.array(known[:count]) if known else natural_frequencies(distributed(drive), count=count)
+
+
 def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") -> Complex:
-    """Response from motor torque to an angle of the linear distributed drive, friction viscous.
+    """Response from motor torque to an angle of the linear distributed drive, friction viscous, rotor free.
 
     ``drive``: without carriages; stiffness and damping of its cable as the models have them; ``omega``, shape
     (m,) [rad/s], not zero; ``angle_of``, {"load", "motor"}: the motor's is the drive pulley's where there is
-    none, or its joint is rigid.
+    none, or its joint is rigid; that of a load that slides is its place over the gain.
     Returns shape (m,) [rad/(N m)].
     """
-    if isinstance(drive, AxisDrive):
-        return response_of_axis(drive, omega, angle_of=angle_of)
-    level = replace(drive.layout, gravity=0.0)
-    network = network_of(as_machine(replace(with_measured_stiffness(drive), layout=level)))
-    turn, load = rotor_turn(network.motion, 0), network.motion.unit(LOAD_PULLEY)
+    level, axis = replace(drive, layout=replace(drive.layout, gravity=0.0)), drive.axis
+    network = network_of(as_machine(distributed(level)), motor=FREE)
+    # The torque is that of all motors together, their angle the mean of theirs: one row for both.
+    turn, load = motor_turn(network, axis.words["motors"]), network.motion.unit(axis.load) / axis.per_angle
     return network_response(network, omega, turn, (turn if angle_of == "motor" else load)[None])[:, 0]
 
 
@@ -73,9 +81,8 @@ def model_quality(drive: Drive) -> tuple[ModelQuality, ...]:
 
     Of an axis of a machine with routes: the chain of the machine as its file gives it.
     """
-    if isinstance(drive, AxisDrive):
-        drive = released(as_axis(drive.machine, drive.load))
-    hertz = np.geomspace(LOWEST_HZ, HIGHEST_HZ, POINTS_OF_AXIS if isinstance(drive, AxisDrive) else POINTS)
+    drive = released(as_axis(drive.axis.machine, drive.axis.load))
+    hertz = np.geomspace(LOWEST_HZ, HIGHEST_HZ, POINTS)
     omega = 2.0 * pi * hertz
     exact = distributed_response(drive, omega)
     models = (1, 2, 3, 4) if highest_model(drive) == 4 else (1, 3)
@@ -83,12 +90,13 @@ def model_quality(drive: Drive) -> tuple[ModelQuality, ...]:
     for model in models:
         own = natural_frequencies_of(lumped_model(drive, model)) / (2.0 * pi)
         error = np.abs(model_response(drive, model, omega) / exact - 1.0)
-        beside = _beside(drive, model, own)
+        skipped = 1 if model == 2 else 0  # Model 2 has the joint's mode, others count from the lowest
+        exact_hz = exact_frequencies(drive, own.size + skipped)[skipped:] if own.size else ()
         found.append(
             ModelQuality(
                 model=model,
                 frequencies=tuple(float(f) for f in own),
-                exact=beside,
+                exact=tuple(float(f) for f in exact_hz),
                 holds_1=_until(hertz, error, 0.01),
                 holds_5=_until(hertz, error, 0.05),
             )
@@ -102,15 +110,3 @@ def _until(hertz: Array, error: Array, tolerance: float) -> float:
     if not beyond.size:
         return float(hertz[-1])
     return float(hertz[max(beyond[0] - 1, 0)])
-
-
-def _beside(drive: Drive, model: int, own: Array) -> tuple[float, ...]:
-    """Exact frequencies for a model's: Model 2 has the joint's mode, others count from the lowest."""
-    if own.size == 0:
-        return ()
-    skipped = 1 if model == 2 else 0
-    if isinstance(drive, AxisDrive):  # not the modes of another axis
-        exact = np.array(drive.words["frequencies_hz"])
-    else:
-        exact = natural_frequencies(with_measured_stiffness(drive), count=own.size + skipped)
-    return tuple(float(f) for f in exact[skipped : skipped + own.size])

@@ -16,7 +16,6 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.setting import random_from, sample_interval
@@ -28,12 +27,13 @@ SPEED_BANDWIDTH = 40.0
 
 
 def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
-    """A log with the channel "load_cell_force", where the drive has a load cell.
+    """A log with the channel "load_cell_force", where the drive has a load cell; a chain has no spans.
 
     What the load pulley adds to one span it takes from the other; a log without the load's angle has no speed
     of the rim.
     """
-    if drive.sensors is None or drive.sensors.load_cell_noise is None or drive.kind != "loop":
+    noise = None if drive.sensors is None else drive.sensors.load_cell_noise
+    if noise is None or drive.kind != "loop" or drive.chain_of:
         return log
     pull, speed = np.full(len(log), 2.0 * drive.cable.pretension), np.zeros(len(log))
     if "load_angle" in log.channels:
@@ -197,8 +197,7 @@ def experiment(
     rig = rig_of(drive, model)
     command = command_of(excitation, rig.sample_rate, rng)
     log = run_rig(rig, command, rng, source=f"virtual rig of {drive.name}")
-    # A lumped chain of routes has no spans whose tension a load cell could measure.
-    return log if isinstance(drive, AxisDrive) else with_load_cell(log, drive, rng)
+    return with_load_cell(log, drive, rng)
 
 
 def plan_experiment(

@@ -14,9 +14,8 @@ from cabledrive.control.own_controller import OwnController, checked_controller
 from cabledrive.control.reference import reference_numbers
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.network_axis import as_axis, cross_motion
+from cabledrive.reduction.network_axis import as_axis, axis_words, cross_motion
 from cabledrive.reduction.two_motors import is_winched, winched_machine
 from cabledrive.rig import setting, trial
 from cabledrive.rig.closed_loop.chain_plant import doubled
@@ -145,7 +144,7 @@ def track(
     if options.pair:
         drive, plant_drive = doubled(drive), None if plant_drive is None else doubled(plant_drive)
     actual = plant_drive or drive
-    if isinstance(actual, AxisDrive) and not options.forbid_slack:
+    if actual.chain_of and not options.forbid_slack:
         raise InputRefused("a lumped chain of routes ends where a span goes slack: leave --tension-only out")
     if gains not in GAINS:
         raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
@@ -199,12 +198,11 @@ def track(
         found.summary["best"] = trial.best_words(spec)
     if draws:
         found.summary["over_draws"] = trial.over_draws(first, draws, seed)
-    if isinstance(drive, AxisDrive):  # the error of a load that slides, and what the chain neglects
-        assert isinstance(actual, AxisDrive)
-        peak = found.summary["peak_error_deg"] * DEGREE
-        error = {"peak_error_mm": 1e3 * abs(drive.gain) * peak} if drive.slides else {}
-        words = {"cross_motion": cross_motion(actual, found.torque, found.time[1])}
-        found.summary["axis"] = drive.words | error | words
+    # The error of a load that slides, and what a chain of routes neglects.
+    peak = found.summary["peak_error_deg"] * DEGREE
+    error = {"peak_error_mm": 1e3 * abs(drive.axis.gain) * peak} if drive.axis.slides else {}
+    cross = cross_motion(actual, found.torque, found.time[1])
+    found.summary.update(axis_words(drive, **error, cross_motion=cross))
     return found
 
 

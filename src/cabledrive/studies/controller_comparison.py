@@ -15,8 +15,7 @@ from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.reduction.network_axis import as_axis, axis_notes
+from cabledrive.reduction.network_axis import as_axis, axis_notes, axis_words
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import (
@@ -232,4 +231,4 @@ def _summary(
         "not_covered": [*NOT_COVERED, *axis_notes(spec.drive)[1:]],
         "drive": spec.drive.name,
         "drive_hash": content_hash(spec.drive),
-    } | ({"axis": spec.drive.words} if isinstance(spec.drive, AxisDrive) else {})
+    } | axis_words(spec.drive)

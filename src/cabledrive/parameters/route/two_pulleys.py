@@ -1,11 +1,10 @@
-"""A loop round two pulleys as a machine with routes, and an axis of a route as such a loop."""
+"""A loop round two pulleys as a machine with routes."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields, replace
 from math import hypot
 from typing import Any
 
 from cabledrive.parameters.cable import RIGIDITY, Rope
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import (
@@ -73,20 +72,6 @@ def _alike(table: type[Any], part: Any) -> dict[str, Any]:
     return {own.name: getattr(part, own.name) for own in fields(table) if hasattr(part, own.name)}
 
 
-@dataclass(frozen=True, kw_only=True)
-class AxisDrive(Drive):
-    """The chain that a motor of a machine with routes drives, for control: it has no spans of its own.
-
-    Its cable has the chain's stiffness, no mass, and the pretension of a loop slack at the same torque.
-    """
-
-    machine: RoutedDrive  # where it comes from
-    load: str  # coordinate that is the load
-    gain: float  # its motion per motor angle [m/rad], [rad/rad]
-    slides: bool  # whether the load slides: its "load angle" is then its place over the gain
-    words: dict[str, Any] = field(compare=False)  # how the chain was found, for results
-
-
 def require_two_pulleys(drive: Any, what: str) -> Any:
     """The drive; refused if it has not the spans of two pulleys that ``what`` needs."""
     if isinstance(drive, RoutedDrive):
@@ -94,7 +79,7 @@ def require_two_pulleys(drive: Any, what: str) -> Any:
             f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map, '
             "resonance, report, simulate, response, track, compare, study and export take routes"
         )
-    if isinstance(drive, AxisDrive):
-        said = f'kind = "route": {what} needs the spans, and the axis of {drive.load} is a lumped chain'
-        raise InputRefused(f"{said}: take a lumped plant")
+    if drive.chain_of:
+        said = f'kind = "route": {what} needs the spans, and the axis of {drive.axis.load} is a lumped chain'
+        raise InputRefused(f"{said}: give its machine, or take a lumped plant")
     return drive

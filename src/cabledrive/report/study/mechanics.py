@@ -5,8 +5,8 @@ from itertools import chain
 
 from cabledrive.answers.figures import figures_of, number, quantity
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.reduction.quality import distributed
 from cabledrive.report.animation import animation_svg
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph, RowGroup, Table, pictured, table
 from cabledrive.report.figures.study_runs import responses_picture
@@ -26,10 +26,12 @@ MOST_STEPS = 2e6
 
 def loop_in_motion(result: StudyResult) -> Block:
     """The nonlinear loop under the torque of the motion, without feedback; or the reason why not."""
-    if isinstance(result.known, AxisDrive):
-        return Paragraph(text=say_motion("axis", load=result.known.load))
-    machine, motion = with_measured_stiffness(result.known), result.goals.motion
+    motion = result.goals.motion
     duration = motion.trajectory.duration
+    try:
+        machine = distributed(require_two_pulleys(result.known, "an animation"))
+    except InputRefused as refusal:
+        return Paragraph(text=say_motion("refused", failure=refusal))
     waves = (machine.cable.axial_rigidity / machine.cable.mass_per_length) ** 0.5 / machine.span_length
     if duration * waves * SEGMENTS > MOST_STEPS:
         return Paragraph(text=say_motion("too_stiff"))

@@ -24,8 +24,8 @@ from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import with_own_hash, write_whole
 from cabledrive.parameters.route.drive import RoutedDrive
-from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.parameters.version import __version__
+from cabledrive.reduction.network_axis import axis_words
 from cabledrive.report.page import page_of
 from cabledrive.report.study.controller import acceptance_chapter, controller_chapter
 from cabledrive.report.study.mechanics import modes_chapter, resonance_chapter
@@ -251,7 +251,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             "margins": stage_cache.as_plain(verdict.margins),
             "drive": result.drive.name,
             "drive_hash": content_hash(result.drive),
-            **({"axis": result.drive.words} if isinstance(result.drive, AxisDrive) else {}),
+            **axis_words(result.drive),
             "goals": {name: value for name, value in goals.items() if name not in LEFT_OUT},
             "stages": {name: _reasoned(stage_cache.as_plain(stage)) for name, stage in stages.items()}
             | {"acceptance": accepted},
@@ -327,10 +327,9 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
 
 def write_files(result: StudyResult, folder: Path, report: str, *, asked: str, code: str) -> dict[str, Any]:
     """Write everything a study leaves, the results last; returns the content of ``results.json``."""
-    controller, drive = controller_numbers(result), result.drive
+    controller = controller_numbers(result)
     # A machine with routes as its file gives it, which a chain does not change.
-    identified = drive_text(drive.machine if isinstance(drive, AxisDrive) else result.known)
-    written: dict[str, str] = {REPORT: report, DRIVE: identified}
+    written: dict[str, str] = {REPORT: report, DRIVE: drive_text(result.known.axis.machine)}
     if controller is not None:
         written[CONTROLLER] = json.dumps(controller, indent=1, allow_nan=False) + "\n"
     return finish(folder, written, results_of(result), asked=asked, code=code)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from markupsafe import Markup
 
 from cabledrive.answers.figures import number, quantity
-from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.drive import Axis
 from cabledrive.report.blocks import Block, Chapter, Note, Paragraph, Table, pictured, table
 from cabledrive.report.figures.study_runs import intervals_picture
 from cabledrive.report.machine.data import derived_table
@@ -91,8 +91,8 @@ def data_chapter(result: StudyResult) -> Chapter:
     """The drive file and the logs."""
     found = result.check
     blocks: list[Block] = [derived_table(found.derived, say_data("datasheet"))]
-    if isinstance(result.drive, AxisDrive):
-        blocks.append(_chain(result.drive))
+    if result.drive.chain_of:
+        blocks.append(_chain(result.drive.chain_of))
     if found.missing:
         blocks.insert(0, Note(text=listed(say_data("missing"), found.missing), tone="warning"))
     if found.warnings:
@@ -106,11 +106,11 @@ def data_chapter(result: StudyResult) -> Chapter:
     return Chapter("Drive and data", "data", tuple(blocks), methods=(say_data("method"),))
 
 
-def _chain(drive: AxisDrive) -> Paragraph:
+def _chain(axis: Axis) -> Paragraph:
     """What "load pulley" and its angle stand for on an axis of a machine with routes."""
-    motors = " and ".join(f"{'-' if sign < 0 else ''}{name}" for name, sign in drive.words["motors"].items())
-    gain = f"{1e3 * abs(drive.gain):.4g} mm/rad" if drive.slides else f"{abs(drive.gain):.4g} rad/rad"
-    return Paragraph(text=say_data("axis", drive=drive, motors=motors, gain=gain))
+    motors = " and ".join(f"{'-' if sign < 0 else ''}{name}" for name, sign in axis.words["motors"].items())
+    gain = f"{1e3 * abs(axis.gain):.4g} mm/rad" if axis.slides else f"{abs(axis.gain):.4g} rad/rad"
+    return Paragraph(text=say_data("axis", axis=axis, motors=motors, gain=gain))
 
 
 def _logs(logs: tuple[LogWords, ...]) -> Table:

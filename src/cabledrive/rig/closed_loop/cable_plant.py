@@ -13,7 +13,7 @@ from cabledrive.parameters import Drive, InputRefused, Lumped
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.reduction.quality import distributed
 from cabledrive.rig.closed_loop.chain_kernels import (
     DIVERGED,
     WENT_SLACK,
@@ -158,7 +158,7 @@ def cable_plant(
         said = f"motor.backlash = {drive.motor.backlash:.4g} rad is not followed with the distributed cable"
         raise InputRefused(f"{said}: set it to 0, or take --plant model-4")
     free = released(drive)
-    own = with_measured_stiffness(free) if measured and not options.as_printed else free
+    own = distributed(free) if measured and not options.as_printed else free
     case = case_of(
         own,
         interval,
@@ -234,7 +234,7 @@ def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
         cable_stiffness=chain.stiffness[-1] / (spans * first.radius**2),
         cable_damping=chain.damping[-1] / (spans * first.radius),
     )
-    return with_measured_stiffness(replace(drive, pulley=(first, load), motor=motor, lumped=lumped))
+    return distributed(replace(drive, pulley=(first, load), motor=motor, lumped=lumped))
 
 
 def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]:

@@ -18,7 +18,7 @@ from cabledrive.control.transporter import (
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.reduction.quality import distributed
 from cabledrive.reduction.transporter import (
     SWING_RATIO,
     Transporter,
@@ -285,7 +285,7 @@ class CarriageModel:
 
 def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
     """Hold the model's frequency against the certified one along the way."""
-    case, machine = CarriageCase(drive, goals), with_measured_stiffness(drive)
+    case, machine = CarriageCase(drive, goals), distributed(drive)
     places = tuple(np.linspace(*case.ends, 3).tolist())
 
     def certified(position: float) -> float:

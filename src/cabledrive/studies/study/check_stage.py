@@ -10,12 +10,9 @@ import numpy as np
 from cabledrive.identification.logs.log import Log
 from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.holding import left_out_under_torque
-from cabledrive.mechanics.network.span_table import route_warnings
-from cabledrive.modal import natural_frequencies
-from cabledrive.modal.lowest import derived_with_lowest, lowest_frequencies
+from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import AxisDrive
-from cabledrive.reduction.quality import with_measured_stiffness
+from cabledrive.reduction.quality import exact_frequencies
 from cabledrive.rig.carriage import ORDER
 from cabledrive.rig.laws.controllers import SHAFTS
 from cabledrive.rig.setting import DEGREE, Motion
@@ -52,19 +49,12 @@ class CheckResult:
 
 def check(drive: Drive, logs: Sequence[Log], hashes: Sequence[str]) -> CheckResult:
     """Check a drive and its logs; ``hashes``: SHA-256 of each log's file."""
-    if isinstance(drive, AxisDrive):  # of its machine, whose spans the axis has not
-        sag = [drive.words["sag"]] if drive.words["sag"] else []
-        derived, warnings = (
-            lowest_frequencies(drive.machine).as_dict(),
-            [*route_warnings(drive.machine), *sag],
-        )
-        derived |= {"slack_torque": drive.words["slack_torque"]}
-    else:
-        derived, warnings = derived_with_lowest(drive), list(drive_warnings(drive))
-    left_out = left_out_under_torque(drive)
+    machine, slack = drive.axis.machine, len(drive.spans) * drive.drive_pulley.radius * drive.cable.pretension
+    derived = derived_with_lowest(machine) | {"slack_torque": slack}
+    more = drive.axis.words.get("sag"), left_out_under_torque(drive)
     return CheckResult(
         derived={k: v for k, v in derived.items() if v is None or isinstance(v, float)},
-        warnings=(*warnings, *([left_out] if left_out else [])),
+        warnings=(*drive_warnings(machine), *filter(None, more)),
         missing=missing_for_control(drive),
         logs=tuple(
             LogWords(
@@ -106,10 +96,10 @@ STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 def goals_for(drive: Drive, goals: Goals) -> Goals:
     """Goals whose motion is complete, what was assumed in `Goals.assumed`; carriage and pulley agree."""
-    if isinstance(drive, AxisDrive) and drive.slides:  # its lengths as the angles that they are over its gain
-        gain, angle, error = abs(drive.gain), goals.angle, goals.error
+    if drive.axis.slides:  # its lengths as the angles that they are over its gain
+        gain, angle, error = abs(drive.axis.gain), goals.angle, goals.error
         if goals.travel is not None and angle is not None:
-            raise InputRefused(f"travel and angle both give the way of {drive.load}: leave one out")
+            raise InputRefused(f"travel and angle both give the way of {drive.axis.load}: leave one out")
         angle = angle if goals.travel is None else goals.travel / gain
         error = error if goals.carriage_error is None else goals.carriage_error / gain
         goals = replace(goals, gain=gain, angle=angle, error=error, travel=None, carriage_error=None)
@@ -154,10 +144,7 @@ def goals_for(drive: Drive, goals: Goals) -> Goals:
 
 def _duration(drive: Drive, angle: float, order: int) -> tuple[float, str]:
     """Duration of a move by limits and lowest mode [s], and which of them decides."""
-    if isinstance(drive, AxisDrive):  # of its chain
-        lowest = float(min(drive.words["frequencies_hz"]))
-    else:
-        lowest = float(natural_frequencies(with_measured_stiffness(drive), count=1)[0])
+    lowest = float(exact_frequencies(drive, 1)[0])
     by_mode = PERIODS / lowest
     mode_words = f"{PERIODS:g} periods of the lowest longitudinal mode, {lowest:.4g} Hz"
     try:

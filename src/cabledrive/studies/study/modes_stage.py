@@ -1,18 +1,17 @@
 """Stages 3 to 5: certified modes, the internal resonance, and which reduced model holds how far."""
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route.strain_free import place_of
-from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import highest_model
-from cabledrive.reduction.quality import ModelQuality, model_quality, with_measured_stiffness
+from cabledrive.reduction.quality import ModelQuality, distributed, model_quality
 from cabledrive.rig.laws.controllers import plant_chain
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import one_count
@@ -20,7 +19,6 @@ from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import resonance
 from cabledrive.studies.resonance_detuning import RESONANT, UNKNOWN
-from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.study.machine import values_of
 
 SHOWN = 4
@@ -62,8 +60,7 @@ class ModesResult:
 
 def find_modes(drive: Drive, why_no_models: str) -> ModesResult:
     """Certified modes of the distributed drive, its stiffness as identified, and its lumped models."""
-    machine = with_measured_stiffness(drive)
-    found = modes(machine, count=SHOWN)
+    found = modes(released(distributed(drive)), count=SHOWN)
     rows = tuple(
         ModeRow(frequency=m.frequency, kind=m.kind, family=m.family, multiplicity=m.multiplicity)
         for m in sorted(found.modes, key=lambda m: m.frequency)
@@ -178,56 +175,48 @@ def motion_torque(
 
 
 def resonance_of(drive: Drive, motion: Motion) -> ResonanceResult:
-    """Internal resonance of a drive, stiffness as identified, under a motion; of an axis its machine's."""
+    """Internal resonance of a machine, stiffness of a loop as identified, under a motion of its axis."""
     repeated = replace(motion, pulses=max(motion.pulses, REPEATED))
-    time, torque = motion_torque(drive, repeated, samples=8001)
-    largest = float(np.abs(torque).max())
+    machine, motors = released(distributed(drive)), drive.axis.words["motors"]
+    largest = float(np.abs(motion_torque(drive, repeated, samples=8001)[1]).max())
     ripple = RIPPLE_SHARE * largest
-    names = ["verdict", "frequency_ratio", "detuning", "threshold_torque", "pulley_frequency"]
     found: dict[str, Any] = {"torque": largest, "ripple": ripple}
     judged: AlarmResult | None = None
-    if isinstance(drive, AxisDrive):
-        machine, failed, remedy = drive.machine, "", "move the pretension of the span away, or damp the cable"
-        time, smooth = motion_torque(drive, repeated, samples=8001, rubbing=False)
-        try:
-            judged = alarm(machine, _shared_motion(drive, repeated, time, smooth))
-        except (InputRefused, NotComputed) as failure:
-            failed = f"planned motion: {failure}"
-        else:
-            remedy = judged.remedy
-        reasons = (failed,) if judged is None else (*judged.reasons, *judged.assumptions)
-        try:
-            pairs = route_resonance(machine, torque=ripple / len(machine.motor), motor=FREE)
-        except InputRefused as refusal:
-            found |= {"verdict": UNKNOWN, "reasons": (f"pairs of modes: {refusal}", *reasons)}
-        else:
-            found |= {name: getattr(pairs, name) for name in names}
-            found["reasons"] = (*pairs.reasons, *pairs.left_out, *reasons)
+    reasons: tuple[str, ...]
+    try:
+        judged = alarm(machine, planned_motion(drive, repeated, samples=8001))
+        reasons = (*judged.reasons, *judged.assumptions)
+    except (InputRefused, NotComputed) as failure:
+        reasons = (f"planned motion: {failure}",)
+    try:
+        pairs = resonance(machine, torque=ripple / len(motors), details=False)
+    except InputRefused as refusal:
+        found |= {"verdict": UNKNOWN, "reasons": (f"pairs of modes: {refusal}", *reasons)}
     else:
-        stiff, remedy = with_measured_stiffness(drive), ""
-        summary = resonance(stiff, torque=ripple, details=False)
-        names += ["tuned_pretension", "reasons"]
-        found |= {name: getattr(summary, name) for name in names}
-        with suppress(InputRefused, NotComputed):
-            judged = alarm(stiff, PlannedMotion(time=time, torque=torque))
-            remedy = judged.remedy
-        if summary.verdict == RESONANT and judged is not None and judged.verdict == SAFE:
-            remedy = "move the pretension away from the tuned one, or damp the cable"
+        names = ("verdict", "frequency_ratio", "detuning", "threshold_torque", "pulley_frequency")
+        found |= {name: getattr(pairs, name) for name in (*names, "tuned_pretension")}
+        found["reasons"] = (*pairs.reasons, *pairs.left_out, *reasons)
+    remedy = "" if judged is None else judged.remedy
+    if found["verdict"] == RESONANT and (judged is None or judged.verdict == SAFE):
+        remedy = "move the pretension away from the tuned one, or damp the cable"
     if judged is None:
-        largest_swing = None if isinstance(drive, AxisDrive) else 0.0
-        return ResonanceResult(**found, largest=largest_swing, remedy=remedy)
+        return ResonanceResult(**found, largest=None, remedy=remedy)
     swing = float(judged.largest_transverse)
     found |= {"alarm": judged.verdict, "limit": float(judged.limit), "slack": bool(judged.slack)}
     return ResonanceResult(**found, largest=swing if np.isfinite(swing) else None, remedy=remedy)
 
 
-def _shared_motion(drive: AxisDrive, motion: Motion, time: np.ndarray, torque: np.ndarray) -> PlannedMotion:
-    """The motion of an axis as its machine makes it; ``torque``: of all motors together, (samples,) [N m]."""
-    machine, signs = drive.machine, drive.words["motors"]
-    first, *others = [machine.pulley[number].name for number in machine.driven]
-    shares = {name: sign * torque / len(signs) for name, sign in signs.items()}
-    way = motion.trajectory(time, 0)[0] * (drive.gain if drive.slides else np.sign(drive.gain))
+def planned_motion(drive: Drive, motion: Motion, samples: int) -> PlannedMotion:
+    """The motion of an axis as its machine makes it, the torque shared by its motors.
+
+    Coulomb friction is in it where `alarm` takes that from the file, of two pulleys alone.
+    """
+    axis = drive.axis
+    machine, motors = as_machine(axis.machine), axis.words["motors"]
+    time, torque = motion_torque(drive, motion, samples, rubbing=not drive.chain_of)
+    first, *others = (sign * torque / len(motors) for sign in motors.values())
     moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
-    places = {drive.load: place_of(machine, drive.load) + way} if drive.load in moves else {}
-    torques = {one: shares[one] for one in others}
-    return PlannedMotion(time=time, torque=shares[first], places=places, torques=torques)
+    way = motion.trajectory(time, 0)[0] * axis.per_angle
+    places = {axis.load: place_of(machine, axis.load) + way} if axis.load in moves else {}
+    torques = dict(zip(list(motors)[1:], others, strict=True))
+    return PlannedMotion(time=time, torque=first, places=places, torques=torques)

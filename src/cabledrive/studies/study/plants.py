@@ -15,7 +15,6 @@ from cabledrive.control.numbers import HIGH, LOW
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.rig.carriage import FORCE, TENSIONS, run_carriage
 from cabledrive.rig.closed_loop.loop import Loop, run
 from cabledrive.rig.laws.controllers import Controller
@@ -178,7 +177,7 @@ class Plant:
     @property
     def no_cable(self) -> str:
         """Why there are no plants on the distributed cable."""
-        if isinstance(self.drive, AxisDrive):
+        if self.drive.chain_of:
             return "the lumped chain of an axis is run, its machine's spans are in the network of `simulate`"
         if self.drive.kind != "loop":
             return "the cable plant is a loop round two pulleys, this drive is a line"

@@ -20,7 +20,7 @@ from cabledrive.identification.logs.reading import read_log
 from cabledrive.mechanics.sources import PACKAGE, digest_with_imports
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.files import intact_object, with_own_hash, write_whole
-from cabledrive.parameters.route.two_pulleys import AxisDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
 from cabledrive.parameters.version import __version__
 from cabledrive.studies.study.knowledge_stage import usable_log
@@ -28,11 +28,9 @@ from cabledrive.studies.study.knowledge_stage import usable_log
 
 def as_plain(value: Any) -> Any:
     """What JSON can hold of a result, without loss; fields that no comparison sees are left out."""
-    if isinstance(value, AxisDrive):
-        machine = tables_from_drive(value.machine)
-        return tables_from_drive(value) | {"machine": machine, "load": value.load, "gain": value.gain}
-    if isinstance(value, Drive):
-        return tables_from_drive(value)
+    if isinstance(value, Machine):
+        axis = getattr(value, "chain_of", None)
+        return tables_from_drive(value) | ({"axis": as_plain(axis)} if axis else {})
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         seen = (field.name for field in dataclasses.fields(value) if field.compare)
         return {name: as_plain(getattr(value, name)) for name in seen}

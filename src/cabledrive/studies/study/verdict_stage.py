@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from cabledrive.answers.figures import rounded
 from cabledrive.mechanics.datasheet import elastic_range, largest_pretension
-from cabledrive.parameters.route.two_pulleys import AxisDrive
 from cabledrive.reduction.network_axis import cross_motion
 from cabledrive.rig.setting import control_delay, current_rate
 from cabledrive.studies.study import findings
@@ -197,7 +196,7 @@ def _cautions(found: findings.Findings, reasons: Sequence[str]) -> tuple[str, ..
         words.append(
             "the response of the pulley mode to the motion takes a span's tension to zero for a moment"
         )
-    if isinstance(found.known, AxisDrive):
+    if found.known is not None and found.known.chain_of:
         words += ["modes, lumped models and resonance are of the machine as its file gives it"]
         words += _coupling(found)[1]
         if found.knowledge.residual is not None:
@@ -243,12 +242,12 @@ def _of_the_carriage(found: findings.Findings) -> list[str]:
 def _coupling(found: findings.Findings) -> tuple[float, list[str]]:
     """How far the other axis of a coupled machine moves the load along the motion [rad], in words."""
     drive = found.known
-    if not isinstance(drive, AxisDrive):
+    if drive is None:
         return 0.0, []
     time, torque = motion_torque(drive, found.goals.motion)
     other = cross_motion(drive, torque, time[1])
     if other is None:
         return 0.0, []
-    off = max(other["load"]) / (abs(drive.gain) if drive.slides else 1.0)
+    off = max(other["load"]) / abs(drive.axis.per_angle)
     moved = error_unit(found.goals).words(off)
-    return off, [f"{drive.words['coupled']}: along this motion that adds up to {moved} to the error"]
+    return off, [f"{drive.axis.words['coupled']}: along this motion that adds up to {moved} to the error"]
