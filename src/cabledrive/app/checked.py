@@ -12,7 +12,7 @@ from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import table_text
-from cabledrive.report.machine.data import AT_REST, data_sheet, derived_table, stated_wraps
+from cabledrive.report.machine.data import data_sheet, derived_table, stated_wraps
 from cabledrive.report.machine.tables import ALONG, margins_data, margins_tables
 from cabledrive.studies.motion_margins import motion_margins
 from cabledrive.studies.planned_motion import read_motion
@@ -21,12 +21,9 @@ VALID = Keys("flag: valid text: drive_hash texts: warnings object: motion?", par
 SHEET = Keys(
     "number: cable_length lowest_tension highest_tension count: rigid_body_modes map: spring_preload "
     "reasons=text",
-    dict.fromkeys(AT_REST, "no state of rest, see reasons"),
     also=(LOWEST,),
 )
-ROWS = Keys(
-    "rows: spans pulleys text: spans_reason?", parts={"spans": SPAN_ROW, "pulleys": PULLEY_ROW}, also=(VALID,)
-)
+ROWS = Keys("rows: spans pulleys", parts={"spans": SPAN_ROW, "pulleys": PULLEY_ROW}, also=(VALID,))
 LOOP = Keys("object: derived", parts={"derived": Keys("", also=(DERIVED, SHEET))}, also=(ROWS,))
 ROUTE = Keys("object: derived", parts={"derived": SHEET}, also=(ROWS,))
 METHOD = "balance of forces, closed formulas; lowest frequencies by the exact dynamic stiffness"
@@ -38,18 +35,16 @@ def checked(drive: Machine) -> Answer:
     parts = [table_text(one) for one in (derived_table(sheet.derived), *sheet.tables)]
     springs = [
         f"Spring of {name} at rest: {force:.4g} {'N m' if name.endswith('.turn') else 'N'}."
-        for name, force in (sheet.derived["spring_preload"] or {}).items()
+        for name, force in sheet.derived["spring_preload"].items()
     ]
-    refused = [f"Spans at rest are not computed: {sheet.refused}."] if sheet.refused else []
     lines = [f"Warning: {line}." for line in warnings] or ["No warnings."]
-    parts.append("\n".join([*springs, *refused, *lines]))
+    parts.append("\n".join([*springs, *lines]))
     found = {
         "valid": True,
         "drive_hash": content_hash(drive),
         "derived": sheet.derived,
         "spans": [SPAN_ROW(row) for row in sheet.spans],
         "pulleys": [PULLEY_ROW(row) for row in sheet.pulleys],
-        **({"spans_reason": sheet.refused} if sheet.refused else {}),
         "warnings": warnings,
     }
     head = f"{drive.title or drive.name}\nvalid; content hash {content_hash(drive)}"

@@ -10,10 +10,9 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from cabledrive.answers.figures import quantity
-from cabledrive.mechanics.rest import rest_state
+from cabledrive.mechanics.network import statics_of
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
-from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
@@ -36,11 +35,10 @@ class DrawnSpan:
 
     name: str  # as modes name it
     points: Array  # (p, 2): along it [px]
-    positions: Array  # (p,): of the points, as `Mode.shape` takes them [m]
-    tension: Array  # (p,) [N]; of a loop zero where it was not asked for
+    tension: Array  # (p,) at rest [N]
 
     def moved(self, displacement: Array, across: bool = True) -> Array:
-        """Points displaced across the span, outwards of a loop, or along it [px], shape (p, 2)."""
+        """Points displaced across the span, to its left, or along it [px], shape (p, 2)."""
         tangent = np.gradient(self.points, axis=0)
         tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-12)[:, None]
         normal = np.stack((tangent[:, 1], -tangent[:, 0]), axis=1)
@@ -49,12 +47,11 @@ class DrawnSpan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrawnPulley:
-    """A pulley on the sheet that can turn; ``turn``: angle on the sheet for one unit of the joint."""
+    """A pulley on the sheet that can turn."""
 
     joint: str
     centre: Point
     radius: float
-    turn: float
 
     def rim(self, angle: float, further: float = 0.0) -> Point:
         """A point of the rim, or further out [px], upright at angle zero, clockwise [rad]."""
@@ -74,7 +71,7 @@ class DrawnMachine:
 def moving_machine(drive: Machine, mode: Mode | None) -> Markup:
     """The machine, with the motion of a mode as data of the drawing."""
     sheet = Sheet()
-    drawn = draw_machine(sheet, drive, tensions=True)
+    drawn = draw_machine(sheet, drive)
     tensions = np.concatenate([span.tension for span in drawn.spans])
     low, high = float(tensions.min()), float(tensions.max())
     for span in drawn.spans:
@@ -96,63 +93,40 @@ def sketch(drive: Machine) -> Markup:
 
 
 def coordinates(drive: Machine) -> RoutedDrive:
-    """A machine in coordinates; a loop or line level or upright as it mostly stands, the load right or up."""
+    """A machine in coordinates; one of pulleys alone level or upright as it mostly stands."""
     machine = as_machine(drive)
-    if isinstance(drive, RoutedDrive) or abs(drive.layout.inclination) < pi / 4:
+    if machine.body or machine.anchor or abs(machine.layout.inclination) < pi / 4:
         return machine
-    height = drive.pulley_distance if drive.layout.inclination > 0.0 else -drive.pulley_distance
-    first, second = machine.pulley
-    return replace(machine, pulley=(first, replace(second, at=(0.0, height))))
+    up = 1.0 if machine.layout.inclination > 0.0 else -1.0
+    turned = (replace(own, at=(-up * own.at[1], up * own.at[0])) for own in machine.pulley)
+    return replace(machine, pulley=tuple(turned))
 
 
-def draw_machine(sheet: Sheet, drive: Machine, *, tensions: bool = False) -> DrawnMachine:
-    """Draw all but the spans, which of a loop or a line sag to the scale of their length."""
-    routed = isinstance(drive, RoutedDrive)
-    machine = coordinates(drive)
-    (width, height), place, shown = draw_route(sheet, machine, WIDE, carriages=routed)
-    ends = (span.contacts for span in shown.free_spans)
-    lines = [np.linspace(place(first), place(last), POINTS) for first, last in ends]
-    spans = _taut(drive, lines) if isinstance(drive, RoutedDrive) else _sagging(sheet, drive, lines, tensions)
+def draw_machine(sheet: Sheet, drive: Machine) -> DrawnMachine:
+    """Draw all but the spans, which sag to the scale of their length, with carriages where they hang."""
+    machine = as_machine(drive)
+    (width, height), place, shown = draw_route(sheet, coordinates(drive), WIDE, carriages=False)
+    spans, shares = list[DrawnSpan](), np.linspace(0.0, 1.0, POINTS)
+    stretches = statics_of(machine, held=machine.turned).stretches
+    for name, drawn, own in zip(drive.spans, shown.free_spans, stretches, strict=True):
+        at = own[-1].end * shares
+        chord = DrawnSpan(
+            name=name,
+            points=np.linspace(place(drawn.contacts[0]), place(drawn.contacts[1]), POINTS),
+            tension=tension_at(own, at),
+        )
+        scale = float(np.linalg.norm(chord.points[-1] - chord.points[0])) / own[-1].end
+        spans.append(replace(chord, points=chord.moved(scale * np.interp(at, *sag_of(own)))))
+    for (number, along), carriage in zip(machine.carriage_places, machine.carriage, strict=True):
+        share = along / machine.free_spans[number].length
+        x, y = (float(np.interp(share, shares, way)) for way in spans[number].points.T)
+        sheet.box((x, y) if carriage.guided else (x, y + 9.0), (14.0, 12.0), colour="green")
     scale = place((1.0, 0.0))[0] - place((0.0, 0.0))[0]  # pixels of a metre
-    # The joint of a loop is its rim along the upper span; a route's turns anticlockwise, where y points up.
-    turn = -1.0 if routed else 1.0
     pulleys = [
-        DrawnPulley(joint=own.name, centre=place(own.at), radius=scale * own.radius, turn=turn)
-        for own in shown.pulley
+        DrawnPulley(joint=own.name, centre=place(own.at), radius=scale * own.radius) for own in shown.pulley
     ]
     deepest = max(float(span.points[:, 1].max()) for span in spans)
     return DrawnMachine(size=(width, max(height, deepest + 12.0)), spans=spans, pulleys=pulleys)
-
-
-def _sagging(sheet: Sheet, drive: Drive, lines: list[Array], tensions: bool) -> list[DrawnSpan]:
-    """Spans of a loop or a line, with its carriages drawn on them."""
-    spans, positions = [], np.linspace(0.0, drive.span_length, POINTS)
-    for name, points in zip(drive.spans, lines, strict=True):
-        if abs(drive.layout.inclination) < pi / 4:
-            fallen = np.interp(positions, *sag_of(drive, name))
-            points[:, 1] += fallen * float(np.linalg.norm(points[-1] - points[0])) / drive.span_length
-        for carriage in drive.carriages_on(name):
-            x, y = (float(np.interp(carriage.position, positions, points[:, axis])) for axis in (0, 1))
-            sheet.box((x, y) if carriage.guided else (x, y + 9.0), (14.0, 12.0), colour="green")
-        tension = tension_at(rest_state(drive), name, positions) if tensions else np.zeros(POINTS)
-        spans.append(DrawnSpan(name=name, points=points, positions=positions, tension=tension))
-    return spans
-
-
-def _taut(drive: RoutedDrive, lines: list[Array]) -> list[DrawnSpan]:
-    """Straight spans of a machine with routes."""
-    from cabledrive.mechanics.network import statics_of  # other machines do not wait for it
-
-    statics = statics_of(drive)
-    return [
-        DrawnSpan(
-            name=span.name,
-            points=points,
-            positions=np.linspace(0.0, span.length, POINTS),
-            tension=np.linspace(start, end, POINTS),
-        )
-        for span, points, start, end in zip(drive.free_spans, lines, statics.start, statics.end, strict=True)
-    ]
 
 
 def _coloured(sheet: Sheet, span: DrawnSpan, low: float, high: float) -> None:
@@ -186,12 +160,18 @@ def _key(sheet: Sheet, low: float, high: float) -> None:
 
 def _motion(mode: Mode, drawn: DrawnMachine) -> dict[str, Any]:
     """Points of the spans at rest and their displacement, pulleys and their turn, of the first shape."""
-    shapes = [np.real(mode.shape(span.name, span.positions)[0]) for span in drawn.spans]
+    lengths = {piece.span: piece.end for piece in mode.network.pieces}
+    places = {name: np.linspace(0.0, length, POINTS) for name, length in lengths.items()}
+    shapes = [np.real(mode.shape(span.name, places[span.name])[0]) for span in drawn.spans]
     pulleys = [pulley for pulley in drawn.pulleys if pulley.joint in mode.joints]
     across = mode.kind == TRANSVERSE
     largest = max((float(np.max(np.abs(shape))) for shape in shapes), default=0.0) or 1.0
     size = (ACROSS if across else ALONG) / largest
-    turns = [pulley.turn * float(np.real(mode.joints[pulley.joint][0])) for pulley in pulleys]
+    # a joint is a rim's way along the upper span, or an angle anticlockwise; on the sheet clockwise
+    units = (1.0 / own.radius if own.joint in mode.network.rims else -1.0 for own in pulleys)
+    turns = [
+        unit * float(np.real(mode.joints[own.joint][0])) for unit, own in zip(units, pulleys, strict=True)
+    ]
     most = max((abs(turn) for turn in turns), default=0.0) or 1.0
     return {
         "spans": [

@@ -11,7 +11,6 @@ from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.modal.natural import spectrum_of
-from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
@@ -31,7 +30,7 @@ def source_paragraphs(source: str) -> tuple[str, ...]:
 
 SEEN = (
     "The machine from its coordinates; the colour of a span is its tension at rest. Bands are bodies with "
-    "what they carry, dots anchors, boxes carriages; sag of a loop or line is to the scale of its axis."
+    "what they carry, dots anchors, boxes carriages; sag is to the scale of its span."
 )
 
 
@@ -83,7 +82,6 @@ def both(values: tuple[float, float]) -> str:
     return low if same else f"{low} to {high}"
 
 
-AT_REST = ("cable_length", "lowest_tension", "highest_tension", "spring_preload")
 SPANS = (
     Row("name", "Span", kind="text"),
     Row("length", "Length", "m", 6),
@@ -102,19 +100,18 @@ PULLEYS = (
 
 
 class DataSheet(NamedTuple):
-    """What follows from the data of a machine, in SI by name; spans and pulleys at rest, or why not."""
+    """What follows from the data of a machine, in SI by name; spans and pulleys at rest."""
 
     derived: dict[str, Any]
     spans: list[dict[str, Any]]
     pulleys: list[dict[str, Any]]
-    refused: str
 
     @property
     def tables(self) -> list[Table]:
-        """Those of spans and of pulleys, where there are any."""
+        """That of spans, and of pulleys where ropes pass any."""
         ended = (row | {"ends": (row["tension_start"], row["tension_end"])} for row in self.spans)
         note = "Safety is the rope's strength over its largest tension at rest."
-        found = [listed("Free spans at rest.", SPANS, ended, note=note)] if self.spans else []
+        found = [listed("Free spans at rest.", SPANS, ended, note=note)]
         return found + (
             [listed("Pulleys that a rope passes.", PULLEYS, self.pulleys)] if self.pulleys else []
         )
@@ -129,25 +126,22 @@ def stated_wraps(drive: Machine) -> dict[str, float]:
 
 def data_sheet(drive: Machine) -> DataSheet:
     """Derived quantities of a machine, and its spans by the names that modes have."""
-    machine, derived, refused = as_machine(drive), derived_with_lowest(drive), ""
-    derived["rigid_body_modes"] = spectrum_of(drive)[0].rigid_body_modes
-    spans, pulleys = list[dict[str, Any]](), list[dict[str, Any]]()
-    try:
-        statics = statics_of(machine)
-    except InputRefused as refusal:  # of a loop that is held without a motor
-        refused = str(refusal)
-        derived |= dict.fromkeys(AT_REST)
-        derived["reasons"] |= dict.fromkeys(AT_REST, refused)
-    else:
-        rows = zip(drive.spans, span_rows(machine, statics), strict=True)
-        spans, pulleys = [row | {"name": name} for name, row in rows], pulley_rows(machine, statics)
-        for name, wrap in stated_wraps(drive).items():
-            for row in (own for own in pulleys if own["name"] == name):
-                needed = row["needed_friction"]
-                row |= {"wrap": wrap, "needed_friction": needed and needed * row["wrap"] / wrap}
-            for row in (own for own in spans if own["pulley"] == name):
-                row["wrap"] = wrap
-        ends = [row[end] for row in spans for end in ("tension_start", "tension_end")]
-        lengths = sum(row["length"] * row["ropes"] for row in spans)
-        derived |= zip(AT_REST, (lengths, min(ends), max(ends), statics.preload), strict=True)
-    return DataSheet(derived, spans, pulleys, refused)
+    machine, derived = as_machine(drive), derived_with_lowest(drive)
+    statics = statics_of(machine, held=machine.turned)
+    rows = zip(drive.spans, span_rows(machine, statics), strict=True)
+    spans, pulleys = [row | {"name": name} for name, row in rows], pulley_rows(machine, statics)
+    for name, wrap in stated_wraps(drive).items():
+        for row in (own for own in pulleys if own["name"] == name):
+            needed = row["needed_friction"]
+            row |= {"wrap": wrap, "needed_friction": needed and needed * row["wrap"] / wrap}
+        for row in (own for own in spans if own["pulley"] == name):
+            row["wrap"] = wrap
+    ends = [row[end] for row in spans for end in ("tension_start", "tension_end")]
+    derived |= {
+        "rigid_body_modes": spectrum_of(drive)[0].rigid_body_modes,
+        "cable_length": sum(row["length"] * row["ropes"] for row in spans),
+        "lowest_tension": min(ends),
+        "highest_tension": max(ends),
+        "spring_preload": statics.preload,
+    }
+    return DataSheet(derived, spans, pulleys)

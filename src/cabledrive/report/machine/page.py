@@ -8,7 +8,7 @@ from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
-from cabledrive.report.blocks import Block, Note, Section, Table
+from cabledrive.report.blocks import Block, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import sketch
 from cabledrive.report.machine.card import (
@@ -103,12 +103,11 @@ def _sections(drive: Machine, name: str, pairs: Table | None) -> Iterator[Sectio
     sheet, hanging, simple = data_sheet(drive), list[Block](), list[Block]()
     if not isinstance(drive, RoutedDrive):
         hanging, simple = [*rest_blocks(drive, name)], [simple_models_table(drive)]
-    spans: list[Block] = [Note(text=f"Not computed: {sheet.refused}.")] if sheet.refused else [*sheet.tables]
     parts: tuple[tuple[str, str, Sequence[Block | None], str], ...] = (
         ("At rest, under gravity", "rest", hanging, HANGING),
         ("Over the travel", "travel", tuple(travel_figures(as_machine(drive), name)), ""),
         ("Pairs near internal resonance", "pairs", (pairs,), ""),
-        ("Spans and pulleys", "spans", spans, ""),
+        ("Spans and pulleys", "spans", sheet.tables, ""),
         ("What simpler formulas give", "simple", simple, ""),
         (
             "Data and derived quantities",

@@ -1,8 +1,11 @@
 """A machine at rest: the tension along its cable and its sag under gravity."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from cabledrive.answers.figures import quantity
+from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.rest import RestState, rest_state
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
@@ -25,33 +28,28 @@ def resting(drive: Drive) -> RestState | None:
         return None
 
 
-def sag_of(drive: Drive, span: str) -> tuple[Array, Array]:
-    """Unstretched positions on a span and the sag below the line of the pulleys [m], shape (p,) each."""
-    rest = resting(drive)
-    if rest is None:
-        return np.array([0.0, drive.span_length]), np.zeros(2)
+def sag_of(stretches: Iterable[RestingStretch]) -> tuple[Array, Array]:
+    """Unstretched positions on a span and what lies across its chord there [m], shape (p,) each."""
     places, depths = [], []
     depth = 0.0
-    for stretch in rest.stretches:
-        if stretch.span == span:
-            fine = np.linspace(stretch.start, stretch.end, 2 * POINTS - 1)
-            along, across = stretch.force_at(fine)
-            slope = across * (1.0 / stretch.axial_rigidity + 1.0 / np.hypot(along, across))
-            step = (fine[2] - fine[0]) / 6.0  # of Simpson's rule
-            parts = (slope[:-2:2] + 4.0 * slope[1::2] + slope[2::2]) * step
-            places.append(fine[::2])
-            depths.append(depth + np.concatenate(([0.0], np.cumsum(parts))))
-            depth = float(depths[-1][-1])
+    for stretch in stretches:
+        fine = np.linspace(stretch.start, stretch.end, 2 * POINTS - 1)
+        along, across = stretch.force_at(fine)
+        slope = across * (1.0 / stretch.axial_rigidity + 1.0 / np.hypot(along, across))
+        step = (fine[2] - fine[0]) / 6.0  # of Simpson's rule
+        parts = (slope[:-2:2] + 4.0 * slope[1::2] + slope[2::2]) * step
+        places.append(fine[::2])
+        depths.append(depth + np.concatenate(([0.0], np.cumsum(parts))))
+        depth = float(depths[-1][-1])
     return np.concatenate(places), np.concatenate(depths)
 
 
-def tension_at(rest: RestState, span: str, at: Array) -> Array:
+def tension_at(stretches: Iterable[RestingStretch], at: Array) -> Array:
     """Tension along a span, shape (p,) [N]."""
     values = np.full(at.size, np.nan)
-    for stretch in rest.stretches:
-        if stretch.span == span:
-            on = (at >= stretch.start - 1e-12) & (at <= stretch.end * (1 + 1e-12))
-            values[on] = stretch.tension_at(at[on])
+    for stretch in stretches:
+        on = (at >= stretch.start - 1e-12) & (at <= stretch.end * (1 + 1e-12))
+        values[on] = stretch.tension_at(at[on])
     return values
 
 
@@ -73,9 +71,10 @@ def rest_blocks(drive: Drive, name: str) -> tuple[Block, ...]:
     step = 1e-6 * drive.span_length
     even = np.linspace(0.0, drive.span_length, 2 * POINTS)
     at = np.unique(np.concatenate((even, inside - step, inside + step)))
-    shown = [("Tension", "N", {span: tension_at(rest, span, at) for span in drive.spans})]
+    spans = {span: [one for one in rest.stretches if one.span == span] for span in drive.spans}
+    shown = [("Tension", "N", {span: tension_at(own, at) for span, own in spans.items()})]
     if sags:
-        height = {span: -np.interp(at, *sag_of(drive, span)) for span in drive.spans}
+        height = {span: -np.interp(at, *sag_of(own)) for span, own in spans.items()}
         shown.append(("Height over the line of the pulleys", "m", height))
     panels = (
         Panel(title, unit, tuple(Series(f"{span} span", own, COLOURS[span]) for span, own in curves.items()))
