@@ -79,7 +79,7 @@ def averaged_motion(case: ForcedCase, time: Array, *, second: bool = True) -> Se
     motion = reconstruct(lanes, state, time, second=second)  # type: ignore[arg-type]  # one time a lane
     across = motion.a[0]
     if case.shape == "triangle":
-        size = np.abs(state[1:]) ** 2 + passive[:, None] * np.exp(-c.transverse_damping * time)
+        size = np.abs(state[1:]) ** 2 + passive[:, None] * np.exp(-c.transverse_damping[:, None] * time)
         across = across + _harmonics(case.plucks[0], model, c, time, size, state[0])
     # the rigid rotation under a sine that starts at t = 0; the pulley mode's friction is left out
     decay, speed = model.rigid_damping / model.rigid_mass, case.torque * model.rigid_arm / model.rigid_mass
@@ -95,7 +95,7 @@ def _harmonics(
     shift = (0.5 * c.cubic - c.static)[0] @ size + c.drift[0] * np.exp(-float(c.drift_decay) * time)
     rate = model.transverse[0] + shift
     phase = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
-    height = FIRST_SINE * pluck * np.exp(-0.5 * float(c.transverse_damping) * time)
+    height = FIRST_SINE * pluck * np.exp(-0.5 * float(c.transverse_damping[0]) * time)
     omega, m = float(c.forcing), HARMONICS[:, None]
     strength = m**2 * c.pump[0] * q * np.exp(1j * omega * time) / omega
     side = 1.0 + strength / (m + 1) - strength.conj() / (m - 1)

@@ -46,6 +46,7 @@ def bare_model(modes=1, **changes):
         transverse=np.ones(modes),
         transverse_mass=np.ones(modes),
         transverse_damping=0.0,
+        cable_share=np.ones(modes),
         coupling=signs,
         stiffening=np.zeros((modes, modes)),
         slack_amplitude=1.0,
@@ -63,7 +64,7 @@ def settings(transverse, pulley, pulley_detuning, transverse_detuning, force, cu
     c = _tuned_coefficients()
     share = 1.0 if cubic else 0.0
     return c._replace(
-        transverse_damping=np.array(transverse),
+        transverse_damping=np.array([transverse, transverse]),
         damping=np.array(pulley),
         detuning=np.array(pulley_detuning),
         transverse_detuning=np.array([transverse_detuning, transverse_detuning]),
@@ -80,7 +81,8 @@ def _tuned_coefficients():
 
 def one_span(c):
     """The same coefficients without the second section."""
-    single = ("transverse_detuning", "feedback", "pump", "drift", "passive", "back_third", "third", "offset")
+    single = ("feedback", "pump", "drift", "passive", "back_third", "third", "offset")
+    single += ("transverse_detuning", "transverse_damping")
     cut = {name: getattr(c, name)[:1] for name in single}
     return c._replace(**cut, cubic=c.cubic[:1, :1], static=c.static[:1, :1])
 

@@ -126,7 +126,8 @@ def test_critical_pumping_is_where_floquet_says_growth_begins(seed, measured):
     rng = np.random.default_rng(seed)
     gamma, detuning = rng.uniform(1, 8), rng.uniform(-14, 14)
     c = averaged_coefficients(autoparametric_model(TUNED))
-    c = c._replace(transverse_damping=np.array(gamma), transverse_detuning=np.array([detuning, detuning]))
+    both = {"transverse_damping": gamma, "transverse_detuning": detuning}
+    c = c._replace(**{name: np.array([value, value]) for name, value in both.items()})
     nu = 0.5 * float(c.forcing)
 
     def excess(pumping):

@@ -260,7 +260,8 @@ def test_averaged_equations_swap_in_the_closed_period():
 
 def hopf_torque_force(c):
     """Size of f at which one span's steady state gives way to permanent beats, Eq. (A.28)."""
-    gamma, damping, delta, detuning = c.transverse_damping, c.damping, c.detuning, c.transverse_detuning[0]
+    gamma, detuning = c.transverse_damping[0], c.transverse_detuning[0]
+    damping, delta = c.damping, c.detuning
     size = damping**2 + 4 * delta**2
     opposed = -(8 * detuning * delta + 4 * delta**2 + damping * (damping + 2 * gamma))
     b = gamma * damping * size * (size + 4 * gamma * (gamma + damping))

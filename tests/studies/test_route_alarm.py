@@ -10,21 +10,24 @@ from scipy.integrate import solve_ivp
 
 import cabledrive as cd
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.mechanics.network import network_of
+from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
 from cabledrive.reduction.static_state import static_state, static_strain
 from cabledrive.reduction.threshold import mode_thresholds
+from cabledrive.simulation import Pluck, Scheme, Start
 from cabledrive.studies.alarm import alarm, growth_along
 from cabledrive.studies.motion_response import _tensions
-from cabledrive.studies.pair_thresholds import ONE_TO_TWO, coupled_pairs
+from cabledrive.studies.pair_thresholds import ONE_TO_TWO, coupled_pairs, waves_of
 from cabledrive.studies.planned_motion import PlannedMotion, read_motion
 from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.route_path import RoutePath
 from cabledrive.studies.route_snapshot import Snapshot
 from cabledrive.trajectories import pulse
 from command import answer, refusal
-from network_samples import as_route
+from network_samples import as_route, without_gravity
 from oracles.alarm_validation import true_motion
 from resonance_samples import damped, damped_loop
 
@@ -174,22 +177,68 @@ def test_a_place_that_the_machine_cannot_take_is_refused_in_one_line():
 
 
 # --- Pairs near internal resonance of machines with routes, against those of a loop
-def test_thresholds_of_a_loop_as_a_route_are_those_of_the_loop():
-    """Of the first order in torque: the loop's 1:2 thresholds add the share of the third harmonic."""
-    loop = damped_loop()
-    found = route_resonance(damped_route(loop))
-    pulley = 2 * pi * found.pulley_frequency
-    expected = [pair for pair in coupled_pairs(loop, pulley) if pair.kind == "1:2" and pair.numbers == (1, 1)]
-    own = [
-        p
-        for p in found.pairs
-        if p.plane == "w" and abs(p.longitudinal_hz / found.pulley_frequency - 1) < 1e-9
-    ]
-    assert len(own) == len(expected) == 2
-    for one, other in zip(own, expected, strict=True):
-        assert one.transverse_hz[0] == pytest.approx(other.transverse_hz[0], rel=1e-4)
-        assert one.detuning_hz == pytest.approx(other.detuning_hz, abs=2e-3)
-        assert one.threshold_torque == pytest.approx(other.threshold_torque, rel=0.02)
+UPPER, LOWER = (" to ".join(way) for way in ((DRIVE_PULLEY, LOAD_PULLEY), (LOAD_PULLEY, DRIVE_PULLEY)))
+
+
+@pytest.mark.parametrize("name", ["tuned", "linear-axis", "elevator", "ropeway"])
+def test_pairs_of_a_loop_as_a_route_are_pairs_of_the_loop_with_their_thresholds(name):
+    """Of every longitudinal mode, carriages on rails or hanging; modes, shapes and losses share no code.
+
+    Of the first order in torque: the loop's 1:2 thresholds add the share of the third harmonic.
+    """
+    settings = ["cable.transverse_damping=2", "pulley.1.viscous_friction=1e-3"]
+    loop = damped_loop() if name == "tuned" else cd.load_drive(name, overrides=settings)
+    loop, route = without_gravity(loop), damped_route(loop) if name == "tuned" else as_route(loop)
+    known, routed = cd.resonance(loop, torque=1.0), cd.resonance(route, torque=1.0)
+    sides, growing = {UPPER: "upper", LOWER: "lower"}, [p for p in routed.pairs if p.threshold_torque]
+    for one in growing[:8]:  # lowest first
+        alike = [
+            other.threshold_torque
+            for other in known.pairs
+            if (other.kind, other.span) == (one.kind, sides[one.span])
+            and other.longitudinal_hz == pytest.approx(one.longitudinal_hz, rel=1e-3)
+            and sorted(other.transverse_hz) == pytest.approx(sorted(one.transverse_hz), rel=3e-3)
+            and other.threshold_torque is not None
+        ]
+        assert any(own == pytest.approx(one.threshold_torque, rel=0.03) for own in alike), one
+    assert len({one.longitudinal_hz for one in growing}) > (name != "tuned")
+    lowest = min(one.threshold_torque for one in growing)
+    if name == "elevator":  # of its second longitudinal mode, far below that of the pulley mode
+        verdicts = [cd.resonance(one, torque=1.1 * lowest).verdict for one in (loop, route)]
+        assert verdicts == ["resonant", "resonant"]
+
+
+def test_a_carriage_that_hangs_is_not_damped_as_its_cable_is(measured):
+    """The amplitude of a simulated pluck decays by the cable's share of what moves, in both models."""
+    gamma, mass = 6.0, 2e-3
+    drive = replace(without_gravity(cd.load_drive("dissertation-1")), carriage=())
+    drive = replace(
+        drive,
+        cable=replace(drive.cable, transverse_damping=gamma),
+        carriage=(cd.Carriage(mass=mass, position=0.4, guided=False),),
+    )
+    model = autoparametric_model(drive, number=1)
+    network = network_of(as_route(drive))
+    found = straight_modes(network.drive, count=4)
+    along, across = found.longitudinal[0], found.transverse
+    waves = waves_of(
+        network, [along], [next(mode for mode in across if mode.span == UPPER and mode.plane == "w")]
+    )
+    mode = next(
+        own for own in cd.modes(drive, count=4).transverse if own.span == "upper" and own.plane == "w"
+    )
+    stretch = 1.0 + drive.cable.prestrain
+    run = cd.simulate(
+        drive,
+        0.5,
+        start=Start(plucks=(Pluck(height=1e-5, shape=lambda x: mode.shape("upper", x / stretch)[0]),)),
+        scheme=Scheme(segments=60),
+    )
+    energy = run.channel("transverse_energy_upper") + run.channel("strain_energy_upper")
+    rate = -np.polyfit(run.time, np.log(energy), 1)[0]
+    measured(f"decay {rate:.4f} 1/s, {gamma * model.cable_share[0]:.4f} and {waves.losses[1][0]:.4f}")
+    assert rate == pytest.approx(gamma * model.cable_share[0], rel=0.02)
+    assert waves.losses[1][0] == pytest.approx(gamma * model.cable_share[0], rel=1e-3)
 
 
 def test_verdict_changes_at_the_lowest_threshold():

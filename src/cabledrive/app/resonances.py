@@ -127,7 +127,7 @@ def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]
     if changes:
         enough = [change.text for change in changes if change.enough] or ["none found"]
         others = [change.text for change in changes if not change.enough]
-        lines = ("changes that make it safe, each alone:", *indented((*enough, *others)))
+        lines = ("changes that make the pulley mode safe, each alone:", *indented((*enough, *others)))
         parts.append("\n".join(lines))
     lines = (
         *(f"Warning: {line}." for line in warnings_of_rest(drive)),

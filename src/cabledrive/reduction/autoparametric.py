@@ -68,7 +68,8 @@ class AutoparametricModel:
     modes: tuple[TransverseMode, ...]
     transverse: Array  # (J,): frequencies w [rad/s]
     transverse_mass: Array  # (J,) [kg]
-    transverse_damping: float  # Gamma [1/s]
+    transverse_damping: float  # Gamma of the cable [1/s]
+    cable_share: Array  # (J,): of the kinetic energy, the cable's: carriages on it are not damped
     coupling: Array  # (J,): G, positive where a positive q stretches the section [N/m^2]
     stiffening: Array  # (J, J): N [N/m^3]
     slack_amplitude: float  # q at which a span loses its tension somewhere [m]
@@ -139,6 +140,7 @@ def autoparametric_model(
         transverse=np.tile([part.omega for part in sections] * shift, planes),
         transverse_mass=np.tile([part.mass for part in sections], planes),
         transverse_damping=drive.cable.transverse_damping,
+        cable_share=np.tile([part.cable_share for part in sections], planes),
         coupling=np.tile(coupling, planes),
         stiffening=np.tile(np.diag(uneven) + shared, (planes, planes)),
         slack_amplitude=slack
@@ -182,7 +184,7 @@ def oscillators(model: AutoparametricModel) -> StretchModel:
         torque_shape=(scale * [model.rigid_arm, model.torque_arm])[kept],
         transverse=model.transverse.reshape(sections),
         mass=model.transverse_mass.reshape(sections),
-        loss=np.full(sections, model.transverse_damping),
+        loss=(model.transverse_damping * model.cable_share).reshape(sections),
         sag=np.zeros(sections),
         coupling=coupling[kept],
         square=np.full(sections, 2.0),

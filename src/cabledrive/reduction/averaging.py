@@ -53,7 +53,7 @@ class AveragedCoefficients(NamedTuple):
     damping: Array  # (...): c of the pulley mode [1/s]
     detuning: Array  # (...): delta of the pulley mode [1/s]
     force: Complex  # (...): f [m/s]
-    transverse_damping: Array  # (...): Gamma [1/s]
+    transverse_damping: Array  # (J, ...): Gamma, times the cable's share of what moves [1/s]
     transverse_detuning: Array  # (J, ...): delta_j [rad/s]
     feedback: Array  # (J, ...): alpha [1/(m s)]
     pump: Array  # (J, ...): k [1/(m s)]
@@ -107,7 +107,7 @@ def averaged_coefficients(
         damping=dynamic.imag / omega,
         detuning=dynamic.real / (2 * omega),
         force=np.asarray(force, dtype=complex),
-        transverse_damping=np.asarray(model.transverse_damping, dtype=float),
+        transverse_damping=_column(model.transverse_damping * model.cable_share, shape),
         transverse_detuning=(_column(model.transverse, shape) ** 2 - nu**2) / (2 * nu),
         feedback=_column(back, shape) / (4 * omega),
         pump=_column(own, shape) / (2 * nu),
@@ -196,7 +196,7 @@ def _linear_parts(c: AveragedCoefficients, kind: Kind) -> tuple[Array, Array]:
     n, detuning, gamma = (
         effective_cubic(c, kind),
         float(c.transverse_detuning[0]),
-        float(c.transverse_damping),
+        float(c.transverse_damping[0]),
     )
     damping, delta = float(c.damping), float(c.detuning)
     first = [float(c.feedback[0] * c.pump[0]) - delta * n, 0.25 * damping * gamma - delta * detuning]
@@ -231,7 +231,7 @@ def fold(c: AveragedCoefficients, kind: Kind) -> tuple[float, float] | None:
 def steady_state(c: AveragedCoefficients, squared: float, kind: Kind) -> Complex:
     """Slow amplitudes Q and both z [m] of the steady state of a squared amplitude X [m^2]."""
     shifted = float(c.transverse_detuning[0]) + effective_cubic(c, kind) * squared
-    pinned = (-shifted - 0.5j * float(c.transverse_damping)) / float(c.pump[0])
+    pinned = (-shifted - 0.5j * float(c.transverse_damping[0])) / float(c.pump[0])
     along = -0.5 * float(c.damping) + 1j * float(c.detuning)
     turned = complex(c.force) / (along * pinned + 1j * float(c.feedback[0]) * squared)
     turned /= abs(turned)

@@ -21,6 +21,7 @@ from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
 
 _INSTANTS = 2001
+_ACROSS = ("pump", "transverse_detuning", "transverse_damping")
 
 
 def critical_pumping(c: AveragedCoefficients, *, second: bool = True) -> Array:
@@ -133,7 +134,7 @@ def growth_torque(model: AutoparametricModel, factor: float, duration: float) ->
     c = averaged_coefficients(model, torque=1.0, drift=False)
     time = np.linspace(0.0, duration, _INSTANTS)
     unit = np.array([pulley_amplitude(c, t) for t in time]).reshape(-1)
-    wide = c._replace(**{key: getattr(c, key)[:, None] for key in ("pump", "transverse_detuning")})
+    wide = c._replace(**{key: getattr(c, key)[:, None] for key in _ACROSS})
 
     def missing(torque: float) -> float:
         rates = growth_rates(wide, torque * unit)

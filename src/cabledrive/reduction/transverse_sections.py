@@ -107,6 +107,7 @@ class Section:
     label: TransverseMode
     omega: float
     mass: float
+    cable_share: float  # of its kinetic energy
     waves: tuple[SlopeWave, ...]
 
 
@@ -127,7 +128,10 @@ def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> 
         number=found.index(chosen) + 1,
     )
     unit = tuple(replace(wave, slope=wave.slope / largest) for wave in pieces)
-    return Section(label=label, omega=2 * pi * chosen.frequency, mass=largest**-2, waves=unit)
+    share = chosen.kinetic_shares["cable"]
+    return Section(
+        label=label, omega=2 * pi * chosen.frequency, mass=largest**-2, cable_share=share, waves=unit
+    )
 
 
 def coupling_of(drive: Drive, along: Sequence[SlopeWave], sections: Sequence[Section]) -> Array:

@@ -24,7 +24,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
-from cabledrive.reduction.static_state import TransverseShapes, free_stretches, static_state
+from cabledrive.reduction.static_state import FreeStretch, TransverseShapes, free_stretches, static_state
 from cabledrive.reduction.stretches import StretchModel
 from cabledrive.reduction.threshold import with_third_harmonic
 
@@ -40,7 +40,8 @@ listed."""
 WEAKEST = 1e-2
 """Least coupling of two modes, over that of each with itself, at which a sum pair is listed."""
 
-FEWEST, MOST = 3, 40
+FEWEST, MOST, LISTED = 3, 40, 0.6
+"""Transverse modes of a stretch; share of the pulley mode up to which all its 1:2 pairs are listed."""
 _SEGMENTS = 240
 STILL = "the torque of the motor does not excite this longitudinal mode"
 TOO_FAR = "no torque at the longitudinal frequency makes it grow: too far from resonance, or not stretched"
@@ -80,20 +81,29 @@ class CoupledPair(NearPair):
 
 
 def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
-    """1:2 pairs of the pulley mode [rad/s] and others near, Eq. (A.33), lowest threshold first."""
+    """1:2 pairs of the pulley mode [rad/s] and others near, Eq. (A.33), lowest threshold first.
+
+    The others are of every longitudinal mode up to `HIGHEST` times the pulley mode.
+    """
     own, state = resonant_pairs(drive), static_state(drive, segments=_SEGMENTS)
     modes = longitudinal_modes(drive, state, HIGHEST * pulley_mode)
-    numbers = [
-        range(1, min(max(FEWEST, int(0.6 * pulley_mode * part.travel_time / pi) + 1), MOST) + 1)
-        for part in free_stretches(drive, state)
-    ]
+    top = max((w for w in modes.natural if w <= HIGHEST * pulley_mode), default=pulley_mode)
+    reach = max(LISTED * pulley_mode, 0.5 * (1.0 + NEAR) * (1.0 + NEAR_SUM) * top)
+    mass = state.mesh.carriage_mass
+
+    def up_to(highest: float, part: FreeStretch) -> int:
+        """Transverse modes of a stretch; each carriage adds one to those of a string."""
+        more = 1 + int(np.count_nonzero(mass[part.segments.start + 1 : part.segments.stop]))
+        return min(max(FEWEST, int(highest * part.travel_time / pi) + more), MOST)
+
+    numbers = [range(1, up_to(reach, part) + 1) for part in free_stretches(drive, state)]
     model, stretches = sagging_model(drive, state, modes, numbers)
     found = []
     for k, natural in enumerate(model.natural):
         if 0.0 < natural <= HIGHEST * pulley_mode:
             tuned = own if abs(natural / pulley_mode - 1.0) < 1e-9 else None
             for r, part in enumerate(stretches):  # the other plane has the same pairs
-                found += _of_stretch(model, k, r, part, tuned)
+                found += _of_stretch(model, k, r, part, tuned, up_to(LISTED * pulley_mode, part))
     return tuple(sorted(found, key=by_threshold))
 
 
@@ -103,15 +113,15 @@ def by_threshold(pair: Any) -> tuple[float, float]:
 
 
 def _of_stretch(
-    model: StretchModel, k: int, r: int, part: TransverseShapes, tuned: Sequence[Pair] | None
+    model: StretchModel, k: int, r: int, part: TransverseShapes, tuned: Sequence[Pair] | None, listed: int
 ) -> list[CoupledPair]:
-    """Pairs of a longitudinal mode on a stretch; ``tuned``: of the pulley mode, whose 1:2 are all listed."""
+    """Pairs of a longitudinal mode on a stretch; of the pulley mode, whose are ``tuned``, all first 1:2."""
     natural, found = float(model.natural[k]), []
     still = abs(model.torque_shape[k]) <= 1e-9 * np.max(np.abs(model.torque_shape))
     detunings, count = natural - np.add.outer(part.omega, part.omega), part.omega.size
     off = np.abs(detunings) / natural
     if tuned is not None:
-        np.fill_diagonal(off, 0.0)
+        np.fill_diagonal(off[:listed, :listed], 0.0)
     # A stretch that the mode does not strain is listed as well, with the reason.
     strength = np.maximum(np.abs(model.coupling[k, r, :count, :count]), 1e-300 * np.eye(count))
     for a, b in near_pairs(strength, off):
@@ -194,6 +204,7 @@ class Waves(NamedTuple):
     length: Array
     rigidity: Array
     ropes: Array
+    moved: Array  # share of the kinetic energy of each mode across in each piece, shape (across, pieces)
 
     @property
     def couplings(self) -> Array:
@@ -216,7 +227,7 @@ class Waves(NamedTuple):
     def losses(self) -> tuple[Array, Array]:
         """Damping rates of longitudinal and transverse modes by the file's viscous parts alone [1/s].
 
-        Across, those of the ropes that move, by their strain energy.
+        Across, those of the ropes by their share of what moves: no carriage and no body is damped there.
         """
         network = self.network
         along, across = np.array(
@@ -225,8 +236,7 @@ class Waves(NamedTuple):
         strained = self.slopes[0] ** 2 @ self.weights @ (self.ropes * self.length * along)
         moved = np.array([moved_in(network, mode) for mode in self.along])
         rubbed = (moved @ network.dampers.rows.T) ** 2 @ network.dampers.values
-        shares = np.sum(self.slopes[1] ** 2, axis=2) * self.length
-        return strained + rubbed, np.asarray(shares @ across / shares.sum(axis=1))
+        return strained + rubbed, np.asarray(self.moved @ across)
 
 
 def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
@@ -239,19 +249,22 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
     np.fill_diagonal(slope, -slope.sum(axis=1))
     names = [network.drive.free_spans[piece.span].name for piece in network.pieces]
 
-    def slopes(modes: list[Mode], ways: list[str]) -> Array:
+    def values(modes: list[Mode], ways: list[str]) -> Array:
         found = np.zeros((len(modes), len(names), POINTS))
         for row, mode, way in zip(found, modes, ways, strict=True):
             for number, (name, piece) in enumerate(zip(names, network.pieces, strict=True)):
                 place = piece.start + 0.5 * (x + 1.0) * piece.length
-                values = mode.displacement(name, way, place)[0].real
-                row[number] = 2.0 * slope @ values / piece.length
+                row[number] = mode.displacement(name, way, place)[0].real
         return found
 
-    both = slopes(along, ["along"] * len(along)), slopes(across, [WAYS[one.plane or "w"] for one in across])
+    both = values(along, ["along"] * len(along)), values(across, [WAYS[one.plane or "w"] for one in across])
     length, rigidity = np.array([(one.length, one.rope.axial_rigidity) for one in network.pieces]).T
-    ropes = network.ropes[::3].astype(np.float64)
-    return Waves(network, along, across, both, 0.5 * weights, length, rigidity, ropes)
+    slopes = [2.0 * own @ slope.T / length[:, None] for own in both]
+    ropes, weights = network.ropes[::3].astype(np.float64), 0.5 * weights
+    mass = ropes * [piece.rope.density * piece.rest.length for piece in network.pieces]
+    moved = both[1] ** 2 @ weights * mass
+    moved[[one.clamped for one in across]] /= ropes  # of ropes side by side one
+    return Waves(network, along, across, (slopes[0], slopes[1]), weights, length, rigidity, ropes, moved)
 
 
 def refuse_running(drive: RoutedDrive, what: str) -> None:

@@ -1,9 +1,9 @@
 """Is a machine near its internal resonance: ratio, threshold, verdict with reasons; what brings it out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import isfinite, pi
+from math import inf, isfinite, pi
 
 import numpy as np
 
@@ -20,8 +20,15 @@ from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coeffi
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
 from cabledrive.studies import resonance_detuning as regions
-from cabledrive.studies.pair_thresholds import coupled_pairs
-from cabledrive.studies.resonance_detuning import SAFE, InstabilityMargin, ResonanceSummary
+from cabledrive.studies.pair_thresholds import HIGHEST, SUM, CoupledPair, coupled_pairs
+from cabledrive.studies.resonance_detuning import (
+    CLOSE_SHARE,
+    NEAR,
+    RESONANT,
+    SAFE,
+    InstabilityMargin,
+    ResonanceSummary,
+)
 from cabledrive.studies.route_pairs import route_resonance
 
 SLACK_SHARE = 0.01
@@ -110,27 +117,60 @@ def resonance(
     if not details:
         missing["growth_torque"] = "not asked for"
     ratio, here = span_frequency(drive) / pulley, float(threshold_torque(model))
+    pairs = coupled_pairs(drive, model.natural) if details else None
+    verdict, beside = _of_others(instability.verdict, pairs, pulley, tau)
     return ResonanceSummary(
         frequency_ratio=ratio,
         detuning=ratio - 0.5,
         tuned_pretension=tuned,
         threshold_torque=at_threshold if at_threshold is not None and isfinite(at_threshold) else None,
-        verdict=regions.NO_EXCITATION if torque is None else instability.verdict,
+        verdict=regions.NO_EXCITATION if torque is None else verdict,
         pulley_frequency=pulley,
         torque=tau,
         threshold_here=here if isfinite(here) else None,
         growth_torque=growth if growth is not None and isfinite(growth) else None,
         coulomb_onset=coulomb_onset_torque(model),
         instability=instability,
-        pairs=coupled_pairs(drive, model.natural) if details else (),
+        pairs=pairs or (),
         reasons=(
             *((f"{regions.STATE_ONE}; the figures are those at {tau:.4g} N m",) if torque is None else ()),
             *_reasons(drive, model, at_tuning, instability, tau, tuned),
+            beside,
         ),
         missing=missing,
         motor=motor,
         split=regions.split_tunings(model) if load_torque else {},
     )
+
+
+def _of_others(
+    verdict: str, pairs: Sequence[CoupledPair] | None, pulley: float, torque: float
+) -> tuple[str, str]:
+    """The verdict, by pairs of other modes than the pulley mode and of sum type as well, and their words.
+
+    ``pairs``: None where they were not looked for; ``pulley``: pulley mode [Hz]; ``torque``: [N m].
+    """
+    if pairs is None:
+        return verdict, "other pairs than the 1:2 of the pulley mode were not looked at"
+    lowest, at = min(
+        (
+            (pair.threshold_torque, pair.longitudinal_hz)
+            for pair in pairs
+            if pair.threshold_torque is not None
+            and (pair.kind == SUM or abs(pair.longitudinal_hz / pulley - 1.0) > 1e-6)
+        ),
+        default=(inf, 0.0),
+    )
+    if lowest == inf:
+        return verdict, f"no pair of another longitudinal mode up to {HIGHEST:g} times the pulley mode grows"
+    words = f"from {lowest:.4g} N m of steady torque at {at:.4g} Hz on, another pair grows"
+    own = RESONANT if torque >= lowest else NEAR if torque >= CLOSE_SHARE * lowest else SAFE
+    if lowest == 0.0:
+        words, own = (
+            f"the longitudinal mode at {at:.4g} Hz, of another pair, is undamped: it grows in time",
+            NEAR,
+        )
+    return max(verdict, own, key=(SAFE, NEAR, RESONANT).index), words
 
 
 def _guessed_threshold(model: AutoparametricModel) -> float:

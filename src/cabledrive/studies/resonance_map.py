@@ -54,7 +54,8 @@ PRESENT = 1e-3
 STEP = 0.05
 TRIALS = 40
 _PER_SECTION = (
-    *("transverse_detuning", "feedback", "pump", "drift", "passive", "back_third", "third", "offset"),
+    *("transverse_damping", "transverse_detuning", "feedback", "pump", "drift", "passive"),
+    *("back_third", "third", "offset"),
 )
 
 

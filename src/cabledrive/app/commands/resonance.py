@@ -88,7 +88,9 @@ def command(
         tell_given("load_torque", why="is not for --motion, which takes that of its file")
     found = resonance(drive, torque=torque, load_torque=load_torque)
     acting, judged, motion, incomplete = found.torque or 0.0, None, None, None
-    changes = remedies(loop, acting, load_torque) if loop and found.verdict in (RESONANT, NEAR) else ()
+    pulley = found.instability.verdict if found.instability is not None else found.verdict
+    unsafe = {found.verdict, pulley} <= {RESONANT, NEAR}
+    changes = remedies(loop, acting, load_torque) if loop and unsafe else ()
     if motion_file is not None:
         motion = read_motion(motion_file, drive)
         judged = alarm(drive, motion, floor=floor, limit=limit)

@@ -14,7 +14,7 @@ hold of the torque, are added to C. Of faults of the joint that mean is taken of
 samples along the whole motion and is well known, not of the few stops on which laws of friction hang.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,12 +114,6 @@ class Evidence:
         return {"significance": self.significance, "critical": self.critical, "value": self.value}
 
 
-def _strongest(found: Iterable[Evidence]) -> tuple[Evidence, ...]:
-    """The best of each fault, that which explains most first."""
-    best = {one.fault: one for one in sorted(found, key=lambda e: (e.alarms, e.gain))}
-    return tuple(sorted(best.values(), key=lambda e: -e.gain))
-
-
 def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence, ...]:
     """Evidence for each fault in logs of any torque, the best of each, that which explains most first."""
     values = values_of(found)
@@ -150,7 +144,8 @@ def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence
             every[k] = replace(e, value=e.value - off, error=float(size))
     repeated = float(np.sqrt(seen.repetition(values)))
     every = [replace(e, error=repeated * e.error) for e in every]
-    return _strongest(every)
+    best = {one.fault: one for one in sorted(every, key=lambda e: (e.alarms, e.gain))}
+    return tuple(sorted(best.values(), key=lambda e: -e.gain))
 
 
 def _fault_torques(axis: Axis, run: Prediction) -> dict[str, Array]:

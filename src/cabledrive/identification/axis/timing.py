@@ -16,7 +16,6 @@ every interval.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from cabledrive.identification.axis.axis import Axis, Rows, factors_of, stacked
@@ -24,7 +23,7 @@ from cabledrive.identification.estimates import solve, suited_segments
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import difference
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.arrays import Array, Complex
+from cabledrive.parameters.arrays import Array
 
 SPARSE = 0.3
 """Largest share of all lines that stand out."""
@@ -50,13 +49,9 @@ DRIFT_PARTS, DRIFT_SURE = 8, 12.0
 def spectral_lines(values: Array) -> Array:
     """A signal without what lies near its noise floor; the signal itself where it is no sum of lines."""
     spectrum = np.fft.rfft(values)
-    kept = _lines_of(spectrum)
-    return values if kept.mean() > SPARSE else np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
-
-
-def _lines_of(spectrum: Complex) -> NDArray[np.bool_]:
     size = np.abs(spectrum)
-    return np.asarray(np.convolve(size > 12.0 * np.median(size), np.ones(3), "same") > 0)
+    kept = np.convolve(size > 12.0 * np.median(size), np.ones(3), "same") > 0
+    return values if kept.mean() > SPARSE else np.fft.irfft(np.where(kept, spectrum, 0.0), values.size)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
