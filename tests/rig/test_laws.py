@@ -16,7 +16,7 @@ from cabledrive.rig import track as best_track
 from cabledrive.rig.closed_loop.loop import run, with_plant
 from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controller_file import controller_numbers, read_controller
-from cabledrive.rig.laws.controllers import DesignSpec, Spreads, chain_law, motion_numbers, plant_chain
+from cabledrive.rig.laws.controllers import DesignSpec, Spreads, law_for_chain, motion_numbers, plant_chain
 from cabledrive.rig.laws.load_learning import TURNING, learnt_bounds, load_learning
 from cabledrive.rig.laws.registry import poles_of
 from cabledrive.rig.plant_samples import sampled_chain
@@ -155,9 +155,7 @@ def row(n):
 def closed(chain, hertz, options, design=None):
     """The law on the chain; ``design``: as the law believes it to be."""
     spec = DesignSpec(CARRIER, MOTION, bandwidth=hertz)
-    own = design or chain
-    law = chain_law(spec, 4, damped=True, tuning=TUNING, chain=own)
-    law = replace(law, name="damped law of a chain", shafts=own.names, filter_model=None, filter_chain=own)
+    law = law_for_chain(spec, design or chain, tuning=TUNING)
     return loop_of(law, CARRIER, MOTION, options, chain)
 
 

@@ -309,6 +309,14 @@ def chain_law(
     )
 
 
+def law_for_chain(spec: DesignSpec, chain: LumpedChain, *, tuning: KalmanTuning = QUIET) -> Controller:
+    """The damped law of any chain from ``motor`` to ``load``, its gains in Model 4's ratio, its filter."""
+    made = chain_law(spec, 4, damped=True, tuning=tuning, chain=chain)
+    return replace(
+        made, name="damped law of a chain", shafts=chain.names, filter_model=None, filter_chain=chain
+    )
+
+
 def own_filter(number: int, feedback: str) -> int | None:
     """Model of the filter of a law where it has its own: Model 3 on the motor's encoder; None: the highest.
 
