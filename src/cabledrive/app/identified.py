@@ -14,10 +14,10 @@ from cabledrive.identification.rope_friction import FrictionSplit, split_frictio
 from cabledrive.identification.tension.both import tension_of_both
 from cabledrive.identification.tension.family_fit import PINGED
 from cabledrive.identification.tension.recording import read_ping
-from cabledrive.identification.tension.strings import compared, tension_from_ping, tensions_of_spans
+from cabledrive.identification.tension.strings import compared, tensions_of_spans
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.report.blocks import listed, table_text
 
 INTERVAL = Keys("unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"), of=Estimate)
@@ -40,51 +40,26 @@ MEASURED = Keys(
     also=(CURVE,),
 )
 COMPUTED = Keys("text: input output motor texts: warnings", also=(CURVE,))
-OF_LOOPS = ("upper", "lower", "both")
 
 
 def pinged(
     logs: tuple[str, ...], name: str, spans: tuple[str, ...], plucked: str | None, section: int, columns: Any
 ) -> Answer:
-    """The answer; ``name``: the machine; ``spans``, ``plucked``, ``section``: of the options."""
+    """Tension of each span from its recording; the first two are compared. Arguments: those of the options.
+
+    ``name``: the machine.
+    """
     drive = load_drive(name)
-    if isinstance(drive, RoutedDrive):
-        if plucked is not None or section:
-            raise InputRefused("--plucked and --section are for loops and lines: leave them out")
-        return _ping_of_route(logs, drive, spans, columns)
-    if len(spans) > 1:
-        raise InputRefused(f"--span: {len(spans)} given, a loop or a line takes one: upper, lower or both")
-    if spans and spans[0] not in OF_LOOPS:
-        raise InputRefused(
-            f'--span: "{spans[0][:60]}" is not upper, lower or both{nearest(spans[0][:60], OF_LOOPS)}'
-        )
-    if spans != ("both",) and plucked is not None:
-        raise InputRefused("--plucked belongs to --span both: give that, or name the one span with --span")
-    if len(logs) != 1:
-        raise InputRefused(f"--ping: {len(logs)} logs given, one recording is read at a time: name one")
-    recording = read_ping(logs[0], columns)
-    if spans == ("both",):
-        found = tension_of_both(recording, drive, plucked=plucked, section=section)
-        missing = None if found.identifiable else found.unidentifiable[0]
-        return _tensions(drive, found.as_dict(), TWO_FAMILIES, (), missing)
-    found = tension_from_ping(recording, drive, span=spans[0] if spans else None, section=section)
-    formula = [
-        f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %"
-        for one in found.spans.values()
-    ]
-    return _tensions(drive, found.as_dict(), VANISHING, formula)
-
-
-VANISHING = "tones at vanishing amplitude against certified modes"
-TWO_FAMILIES = "two families of decaying tones against certified modes"
-
-
-def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, ...], columns: Any) -> Answer:
-    """Tension of named spans, one recording each; the first two are compared."""
-    if not spans:
-        names = ", ".join(span.name for span in drive.free_spans[:6])
-        raise InputRefused(f"--ping: name the span that was plucked with --span, such as {names}")
-    found = tensions_of_spans([read_ping(log, columns) for log in logs], drive, spans)
+    if spans == (BOTH,):
+        if len(logs) != 1:
+            raise InputRefused(f"--ping: {len(logs)} logs given, both spans sound in one recording: name one")
+        require_two_pulleys(drive, "--span both")
+        one = tension_of_both(read_ping(logs[0], columns), drive, plucked=plucked, section=section)
+        missing = None if one.identifiable else one.unidentifiable[0]
+        return _tensions(drive, one.as_dict(), TWO_FAMILIES, (), missing)
+    if plucked is not None:
+        raise InputRefused("--plucked belongs to --span both: give that, or name each span with --span")
+    found = tensions_of_spans([read_ping(log, columns) for log in logs], drive, spans, section)
     parts = [one.as_dict() for one in found]
     data = parts[0] | {
         "parameters": {name: own for part in parts for name, own in part["parameters"].items()},
@@ -93,21 +68,28 @@ def _ping_of_route(logs: tuple[str, ...], drive: RoutedDrive, spans: tuple[str, 
         "data": [report for part in parts for report in part["data"]],
         "residual": max((part["residual"] for part in parts), key=lambda own: own["relative"]),
     }
-    between = []
+    both = list({name: own for one in found for name, own in one.spans.items()}.items())
+    lines = [
+        f"string formula, {one.span}: {one.bare:.6g} N, off by {100 * one.bias:+.2g} %" for _, one in both
+    ]
     if len(found) > 1:
-        both = list({name: own for one in found for name, own in one.spans.items()}.items())[:2]
-        apart, relative = compared(dict(both))
+        apart, relative = compared(dict(both[:2]))
         data["comparison"] = {
-            "spans": [name for name, _ in both],
+            "spans": [name for name, _ in both[:2]],
             "difference": apart.as_dict(),
             "relative": relative,
             "differ": not apart.low <= 0.0 <= apart.high,
         }
-        between.append(
+        lines.append(
             f"{both[0][0]} against {both[1][0]}: {apart.value:+.4g} N "
             f"({apart.low:+.4g} to {apart.high:+.4g} N), {100 * relative:+.3g} %"
         )
-    return _tensions(drive, data, VANISHING, between)
+    return _tensions(drive, data, VANISHING, lines)
+
+
+BOTH = "both"
+VANISHING = "tones at vanishing amplitude against certified modes"
+TWO_FAMILIES = "two families of decaying tones against certified modes"
 
 
 def _tensions(

@@ -28,7 +28,8 @@ from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.modal_cable import ModalCable, modal_cable
 from cabledrive.reduction.stretch_kernels import (
     cable_middle,
@@ -243,8 +244,8 @@ def cable_block(drive: Machine) -> Block:
     calls = {name: program.root(kernel, values)[1] for name, (kernel, values) in kernels.items()}
     groups, variables, places = _variables(cable), list[Variable](), dict[str, int]()
     sag = None
-    if isinstance(drive, RoutedDrive):  # its ropes are straight in the model
-        sag = straight_limit(network_of(drive), 2.0 * pi * cable.highest, kind=LONGITUDINAL)
+    if not cable.sine:  # ropes are straight in the linear model
+        sag = straight_limit(network_of(as_machine(drive)), 2.0 * pi * cable.highest, kind=LONGITUDINAL)
     for name, group in groups.items():
         places[name] = len(variables) if group else 0
         variables += group

@@ -14,7 +14,6 @@ from starlette.responses import JSONResponse, Response
 from cabledrive.identification.logs.log import ColumnMap, recognise, with_choices
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.quality import distributed_response
 from cabledrive.studio import guard as pages
@@ -63,9 +62,7 @@ def _spans(desk: Desk, state: State) -> list[str]:
     """Spans that can be plucked; none where the drive is refused."""
     try:
         drive = drive_of(desk.library, state)
-        if not isinstance(drive, RoutedDrive):
-            return ["upper", "lower", "both"]
-        return [span.name for span in drive.free_spans]
+        return [*drive.spans, *(["both"] if len(drive.spans) == 2 else [])]
     except (InputRefused, NotComputed):
         return []
 

@@ -30,8 +30,8 @@ def command(
     ),
     spans: tuple[str, ...] = opt(
         "NAME",
-        "Span that was plucked: upper, lower, or both in one recording; on a machine with routes its name, "
-        "one for each recording: two are compared.",
+        "Span that was plucked, by its name, one for each recording: two are compared; both: upper and lower "
+        "of a loop in one recording.",
         multiple=True,
         of=PING,
     ),

@@ -145,17 +145,26 @@ def channels_of(log: Log) -> list[str]:
     raise InputRefused(f"{log.source}: no channel of a ping (has {', '.join(log.channels)}): name one")
 
 
-def tension_from_ping(log: Log, drive: Drive, *, span: str | None = None, section: int = 0) -> PingTension:
-    """Tension of each span of a loop or a line from its ping; the drive's is a guess good to a factor of 4.
+def tension_from_ping(log: Log, drive: Machine, *, span: str | None = None, section: int = 0) -> PingTension:
+    """Tension of each span from its ping; the drive's is a guess good to a factor of 4.
 
     ``span``: default: as the channels are called, else the upper one; ``section``: between guided carriages.
     Raises `NotComputed` if no tone is found, or the recording has no onset and decay as a ping has.
     """
+    if span is not None and span not in drive.spans:
+        more = " and more" if len(drive.spans) > 6 else ""
+        known = nearest(span[:80], drive.spans) or f": it has {', '.join(drive.spans[:6])}{more}"
+        raise InputRefused(f'span "{span[:80]}" is no span of {drive.name}{known}')
+    if isinstance(drive, RoutedDrive):
+        if span is None:
+            names = ", ".join(drive.spans[:6])
+            raise InputRefused(f"--ping: name the span that was plucked with --span, such as {names}")
+        if section:
+            raise InputRefused("--section is for loops and lines: leave it out")
+        return tension_of_route_span(log, drive, span)
     found: dict[str, SpanTension] = {}
     for name in channels_of(log):
         which = span or (name.split("_")[0] if name.split("_")[0] in drive.spans else "upper")
-        if which not in drive.spans:
-            raise InputRefused(f'span "{which}": {drive.name} has {", ".join(drive.spans)}: choose one')
         found[which] = tension_of_string(log, _of_loop(drive, which, section), name)
     return PingTension(spans=found, report=log.report)
 
@@ -207,12 +216,7 @@ def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) ->
 
 def tension_of_route_span(log: Log, drive: RoutedDrive, span: str) -> PingTension:
     """Tension of a span of a machine with routes by its ping; its interval covers ratios that change."""
-    names = [one.name for one in drive.free_spans]
-    if span not in names:
-        more = " and more" if len(names) > 6 else ""
-        known = nearest(span[:80], names) or f": it has {', '.join(names[:6])}{more}"
-        raise InputRefused(f'span "{span[:80]}" is no span of {drive.name}{known}')
-    number = names.index(span)
+    number = drive.spans.index(span)
     tension = float(statics_of(drive).mean[number])
     string, ratios = _of_route(drive, number, tension)
     found = tension_of_string(log, string, channels_of(log)[0])
@@ -276,12 +280,15 @@ def _ratios(drive: RoutedDrive, span: str, first: float) -> Array:
     return np.array(found)
 
 
-def tensions_of_spans(logs: Sequence[Log], drive: RoutedDrive, spans: Sequence[str]) -> list[PingTension]:
-    """Tension of each span from its own recording, in order."""
-    if len(logs) != len(spans) or len(set(spans)) < len(spans):
+def tensions_of_spans(
+    logs: Sequence[Log], drive: Machine, spans: Sequence[str], section: int = 0
+) -> list[PingTension]:
+    """Tension of each span from its own recording, in order; of one recording the span may be left out."""
+    if (len(logs), len(spans)) != (1, 0) and (len(logs) != len(spans) or len(set(spans)) < len(spans)):
         said = f"--ping: {len(logs)} recordings and {len(set(spans))} different spans"
         raise InputRefused(f"{said}: give one --span for each recording, in their order")
-    return [tension_of_route_span(log, drive, span) for log, span in zip(logs, spans, strict=True)]
+    both = zip(logs, spans or (None,), strict=True)
+    return [tension_from_ping(log, drive, span=span, section=section) for log, span in both]
 
 
 def compared(found: Mapping[str, SpanTension]) -> tuple[Estimate, float]:
