@@ -42,7 +42,8 @@ WEAKEST = 1e-2
 
 FEWEST, MOST, LISTED = 3, 40, 0.6
 """Transverse modes of a stretch; share of the pulley mode up to which all its 1:2 pairs are listed."""
-_SEGMENTS = 240
+_SEGMENTS, FINER = 240, 15
+"""Segments of a span at least, and of each of its transverse modes: frequencies err by less than 1e-5."""
 STILL = "the torque of the motor does not excite this longitudinal mode"
 TOO_FAR = "no torque at the longitudinal frequency makes it grow: too far from resonance, or not stretched"
 
@@ -97,6 +98,9 @@ def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
         return min(max(FEWEST, int(highest * part.travel_time / pi) + more), MOST)
 
     numbers = [range(1, up_to(reach, part) + 1) for part in free_stretches(drive, state)]
+    if (finer := FINER * max(map(len, numbers))) > _SEGMENTS:
+        state = static_state(drive, segments=finer)
+        modes, mass = longitudinal_modes(drive, state, HIGHEST * pulley_mode), state.mesh.carriage_mass
     model, stretches = sagging_model(drive, state, modes, numbers)
     found = []
     for k, natural in enumerate(model.natural):
@@ -187,8 +191,8 @@ def near_pairs(strength: Array, detuning: Array) -> list[list[int]]:
 
 WAYS = {"w": "across", "v": "out of plane"}
 """Direction of a transverse plane."""
-POINTS = 48
-"""Points at which a wave is looked at on each piece of a span: enough for 20 half waves."""
+POINTS = 16
+"""Points at which a wave is looked at on each piece of a span, beyond those that its half waves need."""
 
 
 class Waves(NamedTuple):
@@ -197,7 +201,7 @@ class Waves(NamedTuple):
     network: Network
     along: list[Mode]
     across: list[Mode]
-    # slopes: of along and across, shape (modes, pieces, POINTS); weights: of the points
+    # slopes: of along and across, shape (modes, pieces, points); weights: of the points
     slopes: tuple[Array, Array]
     weights: Array
     # of every piece: length [m], rigidity of one rope [N], number of ropes, shape (pieces,) each
@@ -241,8 +245,11 @@ class Waves(NamedTuple):
 
 def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
     """Modes of a network with their slopes at Gauss points of its pieces."""
-    x, weights = np.polynomial.legendre.leggauss(POINTS)
-    gaps = x[:, None] - x + np.eye(POINTS)
+    highest = max((mode.frequency for mode in across), default=0.0)
+    # as many as a polynomial through its half waves on the longest piece; a product of three needs no more
+    size = POINTS + int(pi * highest * float(network.time.max()))
+    x, weights = np.polynomial.legendre.leggauss(size)
+    gaps = x[:, None] - x + np.eye(size)
     scale = np.array([np.prod(row) for row in 2.0 * gaps])
     slope = scale[:, None] / scale / gaps  # differentiates at the points
     np.fill_diagonal(slope, 0.0)
@@ -250,7 +257,7 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
     names = [network.drive.free_spans[piece.span].name for piece in network.pieces]
 
     def values(modes: list[Mode], ways: list[str]) -> Array:
-        found = np.zeros((len(modes), len(names), POINTS))
+        found = np.zeros((len(modes), len(names), size))
         for row, mode, way in zip(found, modes, ways, strict=True):
             for number, (name, piece) in enumerate(zip(names, network.pieces, strict=True)):
                 place = piece.start + 0.5 * (x + 1.0) * piece.length
