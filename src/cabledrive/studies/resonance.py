@@ -7,7 +7,7 @@ from math import inf, isfinite, pi
 
 import numpy as np
 
-from cabledrive.mechanics.datasheet import elastic_range, largest_pretension
+from cabledrive.mechanics.datasheet import elastic_range, largest_pretension, warnings_of_rest
 from cabledrive.mechanics.holding import motor_condition
 from cabledrive.modal.tuning import pulley_mode, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -96,7 +96,10 @@ def resonance(
         names = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque", "pulley_frequency")
         missing = dict.fromkeys((*names, "threshold_here", "growth_torque", "coulomb_onset"), str(refusal))
         why = (f"no 1:2 pair in range: {refusal}",)
-        return ResonanceSummary(verdict=SAFE, torque=tau, reasons=why, missing=missing, motor=motor)
+        cautions = warnings_of_rest(drive)
+        return ResonanceSummary(
+            verdict=SAFE, torque=tau, reasons=why, missing=missing, motor=motor, left_out=cautions
+        )
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
     instability = regions.instability_margin(model, tau)
     divided = ", where carriages divide the spans and no section is near 1:2," if drive.carriage else ""

@@ -1,18 +1,19 @@
 """`cabledrive resonance`: how near a drive is to its internal resonance, and what would help."""
 
 from dataclasses import replace
+from typing import Any
 
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import NotComputed
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
-METHOD_OF_ROUTES = "exact modes of the network, coupling by exact integrals, first-order instability"
+METHOD_OF_PAIRS = "exact modes of the network, coupling by exact integrals, first-order instability"
 SEED = 0
-OF_LOOPS = 'supports drives of kind "loop" or "line" only: leave it out'
 ALONE = "belongs to --motion FILE: add that, or leave it out"
 
 
@@ -79,25 +80,26 @@ def command(
     from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, RESONANT
     from cabledrive.studies.resonance_map import steady_branches
 
-    loop = None if isinstance(drive, RoutedDrive) else drive
-    if loop is None:
-        refuse_given("load_torque", "with_branches", "map_file", why=OF_LOOPS)
+    for name, given in (("--map", map_file is not None), ("--branches", with_branches)):
+        if given:
+            require_two_pulleys(drive, name)
+    loop: Any = drive  # a loop or a line where there is a region, a map or branches
     if motion_file is None:
         refuse_given("floor", "limit", why=ALONE)
-    elif loop is not None:
+    else:
         tell_given("load_torque", why="is not for --motion, which takes that of its file")
     found = resonance(drive, torque=torque, load_torque=load_torque)
     acting, judged, motion, incomplete = found.torque or 0.0, None, None, None
-    pulley = found.instability.verdict if found.instability is not None else found.verdict
-    unsafe = {found.verdict, pulley} <= {RESONANT, NEAR}
-    changes = remedies(loop, acting, load_torque) if loop and unsafe else ()
+    region = found.instability  # of the pulleys' own mode on two pulleys
+    unsafe = region is not None and {found.verdict, region.verdict} <= {RESONANT, NEAR}
+    changes = remedies(loop, acting, load_torque) if unsafe else ()
     if motion_file is not None:
         motion = read_motion(motion_file, drive)
         judged = alarm(drive, motion, floor=floor, limit=limit)
         found = of_motion(found, judged)
     data = SUMMARY(found) | {"pairs": [pair_data(pair) for pair in found.pairs]}
     parts = summary_text(drive, found)
-    if loop is not None:
+    if region is not None:
         data |= loop_data(loop, found, changes, load_torque)
         parts += loop_text(loop, found, changes)
     if judged is not None:
@@ -105,14 +107,14 @@ def command(
         listed = replace(judged, passages=judged.passages[:MOST_PASSAGES])
         data["motion"] = ALARM(listed) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
         parts.append(alarm_text(judged) + (f"\n{left_out}" if left_out else ""))
-    if map_file is not None and loop is not None:
+    if map_file is not None:
         from cabledrive.report.map_page import resonance_map_page, spot_check_line
         from cabledrive.studies.resonance_map import growth_map, spot_checks
 
         growth = growth_map(loop, torque=acting, load_torque=load_torque)
         checks = () if load_torque else spot_checks(loop, growth, np.random.default_rng(SEED))
         map_file.write(resonance_map_page(growth, spot_check_line(checks), motion=motion))
-    if with_branches and loop is not None:
+    if with_branches:
         try:
             branches = steady_branches(loop, acting, np.random.default_rng(SEED), load_torque=load_torque)
         except NotComputed as failure:
@@ -120,6 +122,6 @@ def command(
         data["branches"] = [BRANCH(branch) for branch in branches]
         parts.append(branches_text(branches, acting))
         incomplete = incomplete or next((branch.ended for branch in branches if not branch.complete), None)
-    method, tolerances = (METHOD, {"build_up": BUILD_UP}) if loop else (METHOD_OF_ROUTES, None)
+    method, tolerances = (METHOD, {"build_up": BUILD_UP}) if region is not None else (METHOD_OF_PAIRS, None)
     about = provenance(drive, method=method, tolerances=tolerances)
     return Answer(data=data, text="\n\n".join(parts), incomplete=incomplete, provenance=about)

@@ -22,7 +22,7 @@ from cabledrive.app.options import axis_argument, opt, subcommand
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.files import one_process
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 
 if TYPE_CHECKING:
     from cabledrive.studies.study import Goals
@@ -91,7 +91,7 @@ def _finished_before(folder: Path, asked: str) -> dict[str, Any] | None:
     return before
 
 
-def _without_chain(drive: RoutedDrive, why: str, logs: int, folder: Path, asked: str) -> dict[str, Any]:
+def _without_chain(drive: Machine, why: str, logs: int, folder: Path, asked: str) -> dict[str, Any]:
     """Modes, internal resonance and margins of a machine, with its page."""
     from cabledrive.parameters.drive_file import drive_text
     from cabledrive.report.study.results import DRIVE, REPORT, finish, study_without_chain

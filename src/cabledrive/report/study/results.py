@@ -15,17 +15,15 @@ from cabledrive.mechanics import DerivedQuantities, drive_warnings
 from cabledrive.mechanics.network.span_table import (
     PULLEY_ROW,
     SPAN_ROW,
-    pulley_rows,
-    span_rows,
 )
-from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.modal import modes
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import with_own_hash, write_whole
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.network_axis import axis_words
+from cabledrive.report.machine.data import data_sheet
 from cabledrive.report.page import page_of
 from cabledrive.report.study.controller import acceptance_chapter, controller_chapter
 from cabledrive.report.study.mechanics import modes_chapter, resonance_chapter
@@ -33,7 +31,7 @@ from cabledrive.report.study.verdict import data_chapter, knowledge_chapter, ver
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
 from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.rig.tuning import LawSetting
-from cabledrive.studies.route_pairs import route_resonance
+from cabledrive.studies.resonance import resonance
 from cabledrive.studies.study import stage_cache
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult, ReachedError
 from cabledrive.studies.study.bandwidth_cost import CarriageController
@@ -48,18 +46,17 @@ COUNT = 6
 REMEDY = "name another axis (--axis), or give a machine whose load is the end of a chain"
 
 
-def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, Any]:
+def study_without_chain(drive: Machine, why: str, logs: int) -> dict[str, Any]:
     """Plain data of a study's results, SI; ``why``: no controller; ``logs``: how many were given."""
-    found, statics = modes(drive, count=COUNT), statics_of(drive)
-    spans, pulleys = span_rows(drive, statics), pulley_rows(drive, statics)
-    resonance: dict[str, Any] | None = None
+    found, sheet = modes(drive, count=COUNT), data_sheet(drive)
+    pairs: dict[str, Any] | None = None
     try:
-        near = route_resonance(drive)
+        near = resonance(drive)
     except (InputRefused, NotComputed) as refusal:
         reason = f"internal resonance not computed: {refusal}"
     else:
         names = ("verdict", "threshold_torque", "frequency_ratio", "nearest_span")
-        resonance = {name: getattr(near, name) for name in names} | {"longitudinal_hz": near.pulley_frequency}
+        pairs = {name: getattr(near, name) for name in names} | {"longitudinal_hz": near.pulley_frequency}
         reason = f"internal resonance: {near.verdict}; {near.reasons[0]}"
     cautions = [*drive_warnings(drive), *found.warnings]
     if logs:
@@ -83,12 +80,13 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
             "remedies": [REMEDY],
             "cautions": cautions,
             "margins": {
-                "lowest_tension": min(min(row["tension_start"], row["tension_end"]) for row in spans),
+                "lowest_tension": sheet.derived["lowest_tension"],
                 "safety_factor": min(
-                    (row["safety_factor"] for row in spans if row["safety_factor"] is not None), default=None
+                    (own["safety_factor"] for own in sheet.spans if own["safety_factor"] is not None),
+                    default=None,
                 ),
-                "spans": spans,
-                "pulleys": pulleys,
+                "spans": sheet.spans,
+                "pulleys": sheet.pulleys,
             },
             "drive": drive.name,
             "drive_hash": content_hash(drive),
@@ -99,7 +97,7 @@ def study_without_chain(drive: RoutedDrive, why: str, logs: int) -> dict[str, An
                     "certified": found.certified,
                     "certified_reason": found.certified_reason,
                 },
-                "resonance": resonance,
+                "resonance": pairs,
             },
             "provenance": {
                 "cabledrive": __version__,
