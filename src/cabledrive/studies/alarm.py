@@ -30,6 +30,7 @@ from cabledrive.parameters.route import Machine, RoutedDrive, posed
 from cabledrive.studies.motion_response import MOST_MODES, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.route_path import Passage, RoutePath, passages_of, path_of
+from cabledrive.studies.route_snapshot import peaks_of
 
 SAFE, DANGEROUS, UNKNOWN = "safe", "dangerous", "unknown"
 NONE, DIRECT, PARAMETRIC = "none", "direct", "parametric"
@@ -246,7 +247,7 @@ def growth_along(path: RoutePath, floor: float, most: float) -> tuple[Array, Arr
     middle = 0.5 * (path.here[1:] + path.here[:-1])
     last, driven = middle[0], path.swing
     omega, loss, turn, coupling, shape = (path.at(name, middle[:1])[0] for name in names)
-    peak = np.abs(shape).max(axis=0, initial=0.0)[:, None]
+    peak = peaks_of(shape)[:, None]
     size = np.divide(floors, peak, out=np.zeros((omega.size, floors.size)), where=peak > 0.0)
     w = omega[:, None] * (1.0 + detuned)
     a, v = size * np.cos(phase), -size * w * np.sin(phase)
@@ -257,7 +258,7 @@ def growth_along(path: RoutePath, floor: float, most: float) -> tuple[Array, Arr
         if i == 0 or abs(middle[i] - last) > SAME_POSE:
             last = middle[i]
             omega, loss, turn, coupling, shape = (path.at(name, middle[i : i + 1])[0] for name in names)
-            peak, w = np.abs(shape).max(axis=0, initial=0.0)[:, None], omega[:, None] * (1.0 + detuned)
+            peak, w = peaks_of(shape)[:, None], omega[:, None] * (1.0 + detuned)
             cosine, sine, decay = np.cos(w * h), np.sin(w * h), np.exp(-0.5 * h * loss)[:, None]
         pull = np.tensordot(driven[i], coupling, axes=1)
         rest = (turn @ path.pushed[i])[:, None] * torque / w**2
@@ -273,7 +274,8 @@ def growth_along(path: RoutePath, floor: float, most: float) -> tuple[Array, Arr
         now = np.abs(a) * peak
         larger = now > amplitude
         amplitude[larger], when[larger] = now[larger], path.time[i + 1]
-        displacement = np.maximum(displacement, np.abs(shape @ a).max(axis=0, initial=0.0))
+        together = np.abs(shape @ a).max(axis=0, initial=0.0)
+        displacement = np.maximum(displacement, np.maximum(together, now.max(axis=0, initial=0.0)))
         if displacement.max() > most:
             ended = float(path.time[i + 1])
             break

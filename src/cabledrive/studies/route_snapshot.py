@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
-from math import pi
+from math import pi, sqrt
 from operator import attrgetter
 from typing import Any
 
@@ -36,8 +36,8 @@ from cabledrive.studies.pair_thresholds import HIGHEST, NEAR, WAYS, turns_of, wa
 _Key = tuple[str, str, int]
 """Of a transverse mode: span, plane, number among those of that span and plane."""
 
-POINTS = np.linspace(0.0, 1.0, 11)[1:-1]
-"""Shares of a span's length at which its displacement is looked at."""
+POINTS = np.sort(0.5 * (sqrt(5.0) - 1.0) * np.arange(1, 22) % 1.0)
+"""Shares of a span's length at which its displacement is looked at: no wave has its nodes at all of them."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -135,6 +135,13 @@ def snapshot_of(drive: RoutedDrive, wanted: float | None = None) -> Snapshot:
         certified=found.certified,
         top=top,
     )
+
+
+def peaks_of(shape: Array) -> Array:
+    """Largest displacement in each mode, (a,), by the `Snapshot.shape`; of waves by their mean square."""
+    spans = shape.reshape(-1, POINTS.size, shape.shape[1])
+    squares = np.maximum((spans**2).max(axis=1, initial=0.0), 2.0 * np.mean(spans**2, axis=1))
+    return np.sqrt(squares.max(axis=0, initial=0.0))
 
 
 def _shapes(network: Network, across: Sequence[Mode]) -> Array:
