@@ -65,6 +65,31 @@ def test_a_loop_as_a_route_has_the_alarm_of_the_loop(share, number, measured):
     assert not nearest.passes
 
 
+def test_a_mode_that_carriages_bring_into_resonance_is_looked_at():
+    """Eight hang on each span: the seventh mode is at 1:2, where a string alone has its fourth."""
+    places = (np.arange(8) + 0.5 + 0.2 * np.cos(np.arange(8))) / 8.0
+    loop = damped_loop()
+    loop = replace(
+        loop,
+        cable=replace(loop.cable, pretension=1.1),
+        carriage=tuple(
+            cd.Carriage(mass=8e-4, position=place, span=span, guided=False)
+            for span in ("upper", "lower")
+            for place in places
+        ),
+    )
+    route = damped_route(loop)
+    pair = cd.resonance(route, torque=1.0).pairs[0]
+    time = np.linspace(0.0, 60.0 / pair.longitudinal_hz, 3601)
+    torque = 4.0 * pair.threshold_torque * np.sin(2.0 * np.pi * pair.longitudinal_hz * time)
+    motion = PlannedMotion(time=time, torque=torque)
+    known, found = (alarm(one, motion, floor=1e-9) for one in (loop, route))
+    grown = [max(who.modes, key=lambda mode: mode.largest) for who in (known, found)]
+    assert grown[0].number == grown[1].number > 4
+    growth = [np.log(own.largest / 1e-9) for own in grown]
+    assert growth[0] == pytest.approx(growth[1], rel=0.05)
+
+
 def swept_path(steps, rate):
     """One longitudinal mode that swings freely and two coupled transverse ones whose frequencies change."""
 

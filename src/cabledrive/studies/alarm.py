@@ -91,7 +91,8 @@ class AlarmResult(Result):
 
 def alarm(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4) -> AlarmResult:
     """Whether a motion makes transverse vibrations grow from a ``floor`` beyond a ``limit`` [m]."""
-    check_amplitudes(floor, limit)
+    if not 0.0 < floor < limit:
+        raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
     if isinstance(drive, RoutedDrive):
         return route_alarm(drive, motion, floor, limit)
     prepared = prepare(released(drive), motion, floor=floor)  # as routes: a torque turns the rotor
@@ -213,12 +214,6 @@ def _mode_alarms(
             )
         )
     return tuple(sorted(found, key=lambda mode: -mode.largest))
-
-
-def check_amplitudes(floor: float, limit: float) -> None:
-    """Refuse a floor and a limit [m] that leave no room for growth."""
-    if not 0.0 < floor < limit:
-        raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
 
 
 SAME_POSE = 2e-3

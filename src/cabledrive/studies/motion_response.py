@@ -1,7 +1,7 @@
 """Response of cable and pulleys to a planned motion: every mode that it can excite."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil, pi
 
@@ -17,6 +17,7 @@ from cabledrive.reduction.static_state import (
     TransverseShapes,
     free_stretches,
     static_state,
+    transverse_shapes,
 )
 from cabledrive.reduction.stretches import StretchModel
 from cabledrive.studies.planned_motion import PlannedMotion, drive_along
@@ -73,14 +74,18 @@ def excited_modes(
     reach = np.maximum((WIDE * place).astype(int), 2)
     high, low = np.minimum(place + reach + 1, place.size), np.maximum(place - reach, 0)
     around = np.sqrt((total[high] - total[low]) / HANN)
-    w = np.arange(1, HIGHEST + 1) * pi / part.travel_time
+    w = (
+        part.omega
+        if isinstance(part, TransverseShapes)
+        else np.arange(1, HIGHEST + 1) * pi / part.travel_time
+    )
     blurred = 4 * pi / duration
     growth = 0.125 * omega * size * duration
     width = 0.25 * omega * around + blurred
     growth = np.where(around > STRONG, np.maximum(growth, 0.125 * omega * around * duration), growth)
-    score = np.zeros(HIGHEST)
+    score = np.zeros(w.size)
     for first in range(3):  # with itself, with the next, with the one after that
-        sums = w[: HIGHEST - first] + w[first:]
+        sums = w[: w.size - first] + w[first:]
         for a, both in enumerate(sums):
             near = np.abs(omega - both) < 2.0 * width + UNSURE * both
             best = float(np.max(growth, where=near, initial=0.0)) * (1.0 if first == 0 else 0.3)
@@ -165,7 +170,12 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     """State of rest and modes that a motion can excite above a ``floor`` [m], along the motion."""
     knots = np.linspace(0.0, motion.time[-1], KNOTS) if motion.changes else np.zeros(1)
     drives = [drive_along(drive, motion, t) for t in knots]
-    first = _state(drives[0], motion, 0.0, COARSE)
+    # what hangs on a stretch takes its frequencies from those of a string
+    hang = any(not carriage.guided for carriage in drive.carriage)
+    first = _state(drives[0], motion, 0.0, MOST_SEGMENTS if hang else COARSE)
+    parts: Sequence[FreeStretch] = free_stretches(drives[0], first)
+    if hang:
+        parts = transverse_shapes(drives[0], first, [range(1, HIGHEST + 1)] * len(parts))
     even = np.linspace(0.0, motion.time[-1], max(motion.time.size, 256))
     size = amplitudes(np.interp(even, motion.time, motion.torque)[:, None])[:, 0]
     total = np.cumsum(size**2)
@@ -183,16 +193,14 @@ def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> Prep
     h, time = _grid(motion, max(float(modes.natural[-1]), content))
     torque = _above_holding(drives[0], motion, time, [first.holding_torque])
     lines = _tensions(drives[0], first, modes, torque, h)
-    chosen = [
-        excited_modes(drives[0], first, part, lines, floor) for part in free_stretches(drives[0], first)
-    ]
+    chosen = [excited_modes(drives[0], first, part, lines, floor) for part in parts]
     numbers = [own[:MOST_MODES] for own in chosen]
     complete = not fast and all(len(own) <= MOST_MODES for own in chosen)
     numbers = [sorted(own) for own in numbers]
     # Modes that a whole span would have at the wave length of the shortest one.
     needed = max(
         own[-1] * drives[0].span_length / (part.ends[1] - part.ends[0])
-        for part, own in zip(free_stretches(drives[0], first), numbers, strict=True)
+        for part, own in zip(parts, numbers, strict=True)
     )
     segments = int(np.clip(SEGMENTS_PER_MODE * needed, COARSE, MOST_SEGMENTS))
     states = [_state(d, motion, t, segments) for d, t in zip(drives, knots, strict=True)]

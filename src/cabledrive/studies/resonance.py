@@ -176,17 +176,6 @@ def _of_others(
     return max(verdict, own, key=(SAFE, NEAR, RESONANT).index), words
 
 
-def _guessed_threshold(model: AutoparametricModel) -> float:
-    """Threshold with an estimate for every damping that is zero."""
-    across = float(np.max(model.transverse)) / (2 * pi)
-    guessed = replace(
-        model,
-        modal_damping=model.modal_damping or guessed_damping(model.natural / (2 * pi)),
-        transverse_damping=model.transverse_damping or guessed_damping(across),
-    )
-    return float(threshold_torque(guessed))
-
-
 def _reasons(
     drive: Drive,
     model: AutoparametricModel,
@@ -215,7 +204,13 @@ def _reasons(
             "the cable has no transverse damping: at exact tuning any motion of the pulley mode excites it"
         )
     if at_tuning is not None and not at_tuning.damped:
-        guessed = _guessed_threshold(at_tuning)
+        across = float(np.max(at_tuning.transverse))
+        assumed = replace(
+            at_tuning,
+            modal_damping=at_tuning.modal_damping or guessed_damping(at_tuning.natural / (2 * pi)),
+            transverse_damping=at_tuning.transverse_damping or guessed_damping(across / (2 * pi)),
+        )
+        guessed = float(threshold_torque(assumed))
         if np.isfinite(guessed):
             found.append(
                 "the drive file lacks a damping: with an assumed one per cent of critical damping the "
