@@ -81,10 +81,11 @@ class CoupledPair(NearPair):
         return self.numbers[1] if self.kind == SUM else None
 
 
-def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
+def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[tuple[CoupledPair, ...], bool]:
     """1:2 pairs of the pulley mode [rad/s] and others near, Eq. (A.33), lowest threshold first.
 
-    The others are of every longitudinal mode up to `HIGHEST` times the pulley mode.
+    The others are of every longitudinal mode up to `HIGHEST` times the pulley mode. Returns also whether
+    `MOST` transverse modes of each stretch are enough for them.
     """
     own, state = resonant_pairs(drive), static_state(drive, segments=_SEGMENTS)
     modes = longitudinal_modes(drive, state, HIGHEST * pulley_mode)
@@ -108,7 +109,7 @@ def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[CoupledPair, ...]:
             tuned = own if abs(natural / pulley_mode - 1.0) < 1e-9 else None
             for r, part in enumerate(stretches):  # the other plane has the same pairs
                 found += _of_stretch(model, k, r, part, tuned, up_to(LISTED * pulley_mode, part))
-    return tuple(sorted(found, key=by_threshold))
+    return tuple(sorted(found, key=by_threshold)), max(map(len, numbers)) < MOST
 
 
 def by_threshold(pair: Any) -> tuple[float, float]:

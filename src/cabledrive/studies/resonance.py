@@ -20,7 +20,7 @@ from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coeffi
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
 from cabledrive.studies import resonance_detuning as regions
-from cabledrive.studies.pair_thresholds import HIGHEST, SUM, CoupledPair, coupled_pairs
+from cabledrive.studies.pair_thresholds import HIGHEST, MOST, SUM, CoupledPair, coupled_pairs
 from cabledrive.studies.resonance_detuning import (
     CLOSE_SHARE,
     NEAR,
@@ -120,7 +120,7 @@ def resonance(
     if not details:
         missing["growth_torque"] = "not asked for"
     ratio, here = span_frequency(drive) / pulley, float(threshold_torque(model))
-    pairs = coupled_pairs(drive, model.natural) if details else None
+    pairs, whole = coupled_pairs(drive, model.natural) if details else (None, True)
     verdict, beside = _of_others(instability.verdict, pairs, pulley, tau)
     return ResonanceSummary(
         frequency_ratio=ratio,
@@ -139,6 +139,7 @@ def resonance(
             *((f"{regions.STATE_ONE}; the figures are those at {tau:.4g} N m",) if torque is None else ()),
             *_reasons(drive, model, at_tuning, instability, tau, tuned),
             beside,
+            *(() if whole else (f"waves across of more than {MOST} half waves were not looked at",)),
         ),
         missing=missing,
         motor=motor,
