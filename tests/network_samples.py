@@ -12,6 +12,7 @@ from cabledrive.modal import elements
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, Wave
 from cabledrive.modal.rows import MASS, SPRING
+from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
 from oracles.network_fem import String
 from oracles.rope_fem import Beam, HangingRope
@@ -22,6 +23,11 @@ ROUTES = Path(__file__).parent / "parameters" / "routes"
 def route(name, *overrides):
     """A machine of the tests' own files."""
     return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
+
+
+def routed(text):
+    """A machine with routes from its text, without the three lines that each begins with."""
+    return drive_from_text(f'schema = 1\nkind = "route"\nname = "machine"\n{text}')
 
 
 def evenly(tension, length):

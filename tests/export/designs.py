@@ -77,18 +77,6 @@ OWN = cd.OwnController(
 )
 
 
-def shaper_json(folder, **changes):
-    data = {
-        "axis": "x",
-        "recommended": "mzv",
-        "recommended_shaper": {"frequency_hz": 48.34},
-        "damping": 0.1,
-        "configuration": "[input_shaper]\nshaper_type_x: mzv\nshaper_freq_x: 48.3",
-    } | changes
-    (folder / "shaper.json").write_text(json.dumps(data))
-    return folder / "shaper.json"
-
-
 # --- Compile and run what was exported
 needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")

@@ -10,9 +10,8 @@ from cabledrive.mechanics.network import network_of, statics_of
 from cabledrive.mechanics.network.assembly import dynamic_stiffness, machine_response
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
-from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.route.two_pulleys import as_machine
-from network_samples import hanging_drive, route
+from network_samples import hanging_drive, route, routed
 from oracles.network_fem import matrices
 from oracles.route_fem import Kinematics, system
 
@@ -140,11 +139,7 @@ def test_a_stiff_rope_that_passes_a_small_angle_is_bent_less_than_its_pulley_is(
 
 
 CAR = """
-schema = 1
-kind = "route"
-name = "car between two ropes"
 cable = { axial_rigidity = "100 kN", mass_per_length = "0.1 g/m", pretension = "2 kN" }
-layout = { gravity = "9.81 m/s^2" }
 body = [{ name = "car", at = ["0 m", "-2 m"], moves = "y", mass = "50 kg" }]
 anchor = [
     { name = "top", at = ["0 m", "0 m"] },
@@ -161,7 +156,7 @@ route = [
 
 def test_a_weight_between_pretensioned_ropes_is_shared_by_their_stiffness():
     """The short rope takes what its stiffness is of the sum; the two long ones are relieved by the rest."""
-    statics = statics_of(drive_from_text(CAR))
+    statics = statics_of(routed(CAR))
     stiffness = np.array([(100e3 + 4e3) / 2.0, 2 * (100e3 + 2e3) / 9.5])
     moved = 50.0 * 9.81 / stiffness.sum()
     expected = np.array([4000.0, 2000.0]) + moved * stiffness / [1.0, -2.0]
@@ -181,7 +176,7 @@ def test_random_loops_and_lines_hang_in_catenaries_of_their_lengths(measured):
 @pytest.mark.parametrize("speed", [0.0, 20.0, 30.0])
 def test_a_rope_that_runs_sags_as_one_at_rest_whose_tension_is_less_by_its_momentum(speed):
     """A free belt over two pulleys: T - rho v^2 in place of T across; at 30 m/s that is more than T0."""
-    (mean, _) = statics_of(drive_from_text(RUNNING.replace("SPEED", f"{speed} m/s"))).mean
+    (mean, _) = statics_of(routed(RUNNING.replace("SPEED", f"{speed} m/s"))).mean
     shear, flow = (0.3 * 9.81) ** 2 * 2.0**3 / 12.0, 0.3 / (1.0 + mean / 5e4) * speed**2
     stretched = 2.0 * (mean - 180.0) / 5e4
     assert mean > flow
@@ -189,11 +184,7 @@ def test_a_rope_that_runs_sags_as_one_at_rest_whose_tension_is_less_by_its_momen
 
 
 SLIDE = """
-schema = 1
-kind = "route"
-name = "slide between two ropes"
 cable = { axial_rigidity = "100 kN", mass_per_length = "0.2 kg/m", pretension = "1 kN" }
-layout = { gravity = "9.81 m/s^2" }
 body = [{ name = "slide", at = ["4 m", "0 m"], moves = "x", mass = "1 kg", load = ["LOAD", "0 N"] }]
 anchor = [
     { name = "wall", at = ["0 m", "0 m"] },
@@ -207,21 +198,17 @@ route = [{ name = "left", path = ["wall", "near"] }RIGHT]
 def test_a_rope_that_a_load_slackens_hangs_and_one_that_would_have_to_push_is_refused():
     """5 kN on a slide: the far rope keeps the tension of its sag; alone, the near one cannot push back."""
     both = SLIDE.replace("RIGHT", ', { name = "right", path = ["near", "far"] }')
-    statics = statics_of(drive_from_text(both.replace("LOAD", "5 kN")))
+    statics = statics_of(routed(both.replace("LOAD", "5 kN")))
     near, far = statics.forces[0, 1, 0], statics.forces[1, 0, 0]
     assert -near - far == pytest.approx(5000.0, rel=1e-9)
     assert 0.0 < far < 100.0
     alone = SLIDE.replace("RIGHT", "").replace("LOAD", "-1 kN")
     with pytest.raises(cd.InputRefused, match="cannot push"):
-        statics_of(drive_from_text(alone))
+        statics_of(routed(alone))
 
 
 RUNNING = """
-schema = 1
-kind = "route"
-name = "belt"
 cable = { axial_rigidity = "50 kN", mass_per_length = "0.3 kg/m", pretension = "180 N" }
-layout = { gravity = "9.81 m/s^2" }
 pulley = [
     { name = "a", at = ["0 m", "0 m"], radius = "0.1 m", inertia = "1 kg m^2" },
     { name = "b", at = ["2 m", "0 m"], radius = "0.1 m", inertia = "1 kg m^2" },

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from machines import machine, uneven_machine
+from scipy.optimize import bisect
 
 import cabledrive as cd
 from cabledrive.mechanics import rest_state
@@ -110,12 +111,7 @@ def test_midpoint_carriage_leaves_the_fundamental_alone_up_to_its_crossing(measu
     """Up to chi_m = m/(2 Le rho) = 16.59 the mass sits at a node; then the in-phase mode is the lower one."""
     drive = cd.load_drive("dissertation-1")
     empty = cd.natural_frequencies(drive, count=1)[0]
-    low, high = 16.0, 17.0
-    while high - low > 1e-6:
-        middle = 0.5 * (low + high)
-        low, high = (
-            (middle, high) if loaded_fundamental(drive, middle) >= empty * (1 - 1e-12) else (low, middle)
-        )
+    low = bisect(lambda ratio: loaded_fundamental(drive, ratio) / empty - 1 + 1e-12, 16.0, 17.0, xtol=1e-6)
     heavy = loaded_fundamental(drive, 50.0)
     measured(f"crossing at {low:.4f}; {heavy:.2f} Hz at 50, {empty:.2f} Hz empty")
     assert low == pytest.approx(16.59, abs=0.005)

@@ -9,6 +9,7 @@ from machines import machine, ring_of, some_cable, uneven_machine
 from numpy.polynomial import chebyshev, legendre
 
 import cabledrive as cd
+from cabledrive.parameters.route.two_pulleys import as_machine
 
 NODES, WEIGHTS = legendre.leggauss(80)
 MODES = 8
@@ -154,12 +155,8 @@ def test_pulleys_and_carriages_obey_their_equations_of_motion(name, measured):
     for mode in (one.mode for one in found):
         for span, first, last in (("upper", "drive", "load"), ("lower", "load", "drive")):
             ends = mode.shape(span, [0.0, drive.span_length])
-            np.testing.assert_allclose(
-                ends[:, 0], mode.joints[f"{first} pulley"], atol=1e-12 * np.max(np.abs(ends) + 1)
-            )
-            np.testing.assert_allclose(
-                ends[:, 1], mode.joints[f"{last} pulley"], atol=1e-12 * np.max(np.abs(ends) + 1)
-            )
+            rims = np.column_stack([mode.joints[f"{end} pulley"] for end in (first, last)])
+            np.testing.assert_allclose(ends, rims, atol=1e-12 * np.max(np.abs(ends) + 1))
 
 
 def imbalance(drive, found):
@@ -200,13 +197,12 @@ def test_shape_beyond_the_mode_is_zero_and_at_joints_the_joints():
         assert np.any(mode.shape(mode.span, s[~outside]))
 
 
-@pytest.mark.parametrize("name", ["camera-line", "ropeway"])
-def test_a_rope_that_hangs_keeps_its_joints(name):
-    """Displacement along at both ends of a span is the rim's."""
-    drive = cd.load_drive(name)
-    long = drive.span_length
-    for mode in cd.modes(drive, count=4).longitudinal:
-        whole = mode.shape("upper", np.linspace(0.0, long, 400))[0]
-        ends, near_to = mode.shape("upper", np.array([0.0, long]))[0], 1e-9 * np.abs(whole).max()
-        assert ends[0] == pytest.approx(mode.joints["drive pulley"][0], abs=near_to)
-        assert ends[1] == pytest.approx(mode.joints["load pulley"][0], abs=near_to)
+@pytest.mark.parametrize("name", ["camera-line", "ropeway", "printer-idlers"])
+def test_spans_move_at_their_ends_as_the_rims_that_they_meet(name):
+    """Straight and hanging: the displacement along at both ends is the rim's."""
+    drive = as_machine(cd.load_drive(name))
+    for span in (own for own in drive.free_spans if own.start.sense and own.end.sense):
+        for mode in cd.modes(drive, count=4).longitudinal:
+            whole = mode.shape(span.name, np.linspace(0.0, span.length, 400))[0]
+            rims = [place.radius * mode.joints[place.name][0] for place in (span.start, span.end)]
+            np.testing.assert_allclose(np.abs(whole[[0, -1]]), np.abs(rims), atol=1e-9 * np.abs(whole).max())

@@ -15,6 +15,7 @@ from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.parameters.drive_file import drive_from_text, drive_text, packaged_text
 from cabledrive.parameters.route import followers, moved, posed
 from command import refused
+from network_samples import routed
 
 ROUTES = Path(__file__).parent / "routes"
 NAMES = sorted(path.stem for path in ROUTES.glob("*.toml"))
@@ -64,10 +65,7 @@ def test_an_arm_turns_about_its_pivot():
 def test_lengths_of_a_crossed_and_an_open_belt_are_those_of_the_textbook():
     """Open: sqrt(D^2 - (r1 - r2)^2); crossed: sqrt(D^2 - (r1 + r2)^2)."""
     for path, offset in ('["+a", "+b"]', 0.1), ('["+a", "-b"]', 0.3):
-        drive = drive_from_text(f"""
-schema = 1
-kind = "route"
-name = "two pulleys"
+        drive = routed(f"""
 cable = {{ axial_rigidity = 1e4, mass_per_length = 0.01, pretension = 10 }}
 layout = {{ gravity = 0 }}
 pulley = [
@@ -128,13 +126,10 @@ def test_weights_that_nothing_holds_are_refused():
     refused(lambda: network_of(drive_from_text(text[: text.index("[motor]")])), "every pulley turns freely")
     heavy = DRUMS.replace('gravity = "0 m/s^2"', 'gravity = "9.81 m/s^2"')
     heavy = heavy.replace('moves = "x"', 'moves = ["x", "y"]')
-    refused(lambda: network_of(drive_from_text(heavy)), "body cart: no static solution")
+    refused(lambda: network_of(routed(heavy)), "body cart: no static solution")
 
 
 DRUMS = """
-schema = 1
-name = "drums"
-kind = "route"
 cable = { axial_rigidity = "500 kN", mass_per_length = "0.1 kg/m", pretension = "500 N" }
 layout = { gravity = "0 m/s^2" }
 body = [{ name = "cart", mass = "80 kg", at = ["4 m", "0.1 m"], moves = "x" }]
@@ -158,7 +153,7 @@ def test_a_drum_that_nothing_holds_is_named_with_its_torque():
     """500 N at 0.1 m, by hand; with a brake, with a motor of its own, or held for the modes none is named."""
 
     def warned(text, **options):
-        drive = drive_from_text(text)
+        drive = routed(text)
         lines = (*route_warnings(drive), *cd.modes(drive, count=2, **options).warnings)
         return [line for line in lines if "nothing in the file holds it" in line]
 
@@ -172,7 +167,7 @@ def test_a_drum_that_nothing_holds_is_named_with_its_torque():
 
 
 def test_a_rope_beyond_its_elastic_range_is_named():
-    soft = drive_from_text(DRUMS.replace("500 kN", "20 kN"))  # 500 N strain it by 0.025
+    soft = routed(DRUMS.replace("500 kN", "20 kN"))  # 500 N strain it by 0.025
     lines = [line for line in route_warnings(soft) if "elastic range" in line]
     assert len(lines) == 2
     assert all("0.025" in line for line in lines)
@@ -184,10 +179,7 @@ LIFT = "lift-2-to-1"
 
 def crane(x, y, radius, height, travel=""):
     """A trolley at (x, 0) whose rope runs over a sheave to a weight at (radius, y)."""
-    return drive_from_text(f"""
-schema = 1
-kind = "route"
-name = "trolley and weight"
+    return routed(f"""
 cable = {{ axial_rigidity = "1 MN", mass_per_length = "0.1 kg/m" }}
 layout = {{ gravity = 9.81 }}
 body = [

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.network.case import left_out, network_case
 from command import refused
-from network_samples import PRINTER_SPANS, as_route, printer_belt, route, without_gravity
+from network_samples import PRINTER_SPANS, as_route, printer_belt, route, routed, without_gravity
 
 PRINTER = route("printer")
 UPPER = "drive pulley to load pulley"
@@ -175,9 +174,6 @@ def test_two_idlers_move_as_lumps_on_springs():
 
 
 GUIDE = """
-schema = 1
-kind = "route"
-name = "guide"
 layout = { gravity = "0 m/s^2" }
 anchor = [{ name = "end", on = "load", at = ["0.21 m", "-0.3 m"] }]
 route = [{ name = "tendon", path = ["-drum", "-guide", "end"] }]
@@ -210,7 +206,7 @@ capstan_friction = 0.25
 
 def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(measured):
     r"""Pulled slowly by the drum, T_1 = T_2 e^{\mu\varphi} over a quarter turn; the budget closes."""
-    drive = drive_from_text(GUIDE)
+    drive = routed(GUIDE)
     found = cd.simulate(
         drive,
         0.4,
@@ -227,7 +223,7 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(measured):
     assert found.energy_budget_error < 1e-6, found.energy_budget_error
     # what the weight of a heavy rope pulls behind the guide, friction holds from the first step on
     heavy = GUIDE.replace("0 m/s^2", "9.81 m/s^2").replace("5 g/m", "500 g/m")
-    held = cd.simulate(drive_from_text(heavy), 1e-4, scheme=Scheme(segments=6))
+    held = cd.simulate(routed(heavy), 1e-4, scheme=Scheme(segments=6))
     assert not held.channel("speed of slip at guide").any()
 
 

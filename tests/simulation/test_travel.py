@@ -5,20 +5,16 @@ import pytest
 from scipy.optimize import curve_fit
 
 import cabledrive as cd
-from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.parameters.route import moved
 from cabledrive.simulation import Recording, Scheme
 from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.travel import PlannedMove
 from command import refused
+from network_samples import routed
 from oracles.by_scipy import Hoist, Traction
 
 TRACTION = """
-schema = 1
-kind = "route"
-name = "traction"
 cable = { axial_rigidity = "100 kN", mass_per_length = "0.1 g/m" }
-layout = { gravity = "9.81 m/s^2" }
 body = [
     { name = "car", at = ["-0.2 m", "-20 m"], moves = "y", mass = "60 kg" },
     { name = "weight", at = ["0.2 m", "-10 m"], moves = "y", mass = "50 kg" },
@@ -32,11 +28,7 @@ route = [{ name = "rope", path = ["car hook", "-sheave", "weight hook"] }]
 motor = { pulley = "sheave", inertia = "0.1 kg m^2" }
 """
 HOIST = """
-schema = 1
-kind = "route"
-name = "hoist"
 cable = { axial_rigidity = "1 MN", mass_per_length = "0.5 kg/m" }
-layout = { gravity = "9.81 m/s^2" }
 body = [{ name = "load", at = ["0.25 m", "-30 m"], moves = "y", mass = "50 kg" }]
 pulley = [{ name = "drum", at = ["0 m", "0 m"], radius = "0.25 m", inertia = "2 kg m^2" }]
 anchor = [{ name = "hook", on = "load", at = ["0.25 m", "-30 m"] }]
@@ -44,11 +36,7 @@ route = [{ name = "rope", path = ["-drum", "hook"] }]
 motor = { pulley = "drum", inertia = "0.5 kg m^2" }
 """
 TACKLE = """
-schema = 1
-kind = "route"
-name = "tackle"
 cable = { axial_rigidity = "1 MN", mass_per_length = "0.5 kg/m" }
-layout = { gravity = "9.81 m/s^2" }
 body = [{ name = "load", at = ["0.35 m", "-30 m"], moves = "y", mass = "50 kg" }]
 pulley = [
     { name = "drum", at = ["0 m", "0 m"], radius = "0.25 m", inertia = "2 kg m^2" },
@@ -59,9 +47,6 @@ route = [{ name = "rope", path = ["-drum", "+block", "beam"] }]
 motor = { pulley = "drum", inertia = "0.5 kg m^2" }
 """
 DRUMS = """
-schema = 1
-kind = "route"
-name = "drums"
 cable = { axial_rigidity = "1 MN", mass_per_length = "0.5 kg/m", pretension = "1 kN" }
 layout = { gravity = "0 m/s^2" }
 pulley = [
@@ -97,7 +82,7 @@ def test_a_traction_sheave_moves_as_scipy_integrates_it(measured):
     The rope's own mass, 3 g, is all that differs.
     """
     found = cd.simulate(
-        drive_from_text(TRACTION),
+        routed(TRACTION),
         2.0,
         travel=PlannedMove(moves={"car.y": 5.0}, rise=1.5),
         scheme=Scheme(segments=2),
@@ -140,7 +125,7 @@ def hoist_errors(drive, segments, points):
 
 def test_a_heavy_rope_is_wound_as_scipy_winds_material_points(measured):
     """20 of 30 m of a rope of 15 kg with 50 kg on it go onto the drum in 1.8 s; points leave one by one."""
-    error, elastic, found = hoist_errors(drive_from_text(HOIST), 16, 12)
+    error, elastic, found = hoist_errors(routed(HOIST), 16, 12)
     measured(
         f"hoist of a heavy rope against material points: {error:.1e} m of 20 m, elastic part {elastic:.2f} "
         f"m; budget of energy {found.energy_budget_error:.1e}"
@@ -155,7 +140,7 @@ def _chirp(t, mean, slope, size, phase, frequency, rate):
 
 def test_the_load_swings_at_its_modes_wherever_it_is(measured):
     """Slowly wound up with a first push: frequency of its place against `modes` there, brake on."""
-    drive = drive_from_text(HOIST)
+    drive = routed(HOIST)
     time = 40.0
     found = cd.simulate(
         drive,
@@ -184,7 +169,7 @@ def test_the_load_swings_at_its_modes_wherever_it_is(measured):
 def test_rope_runs_from_drum_to_drum_with_its_momentum():
     """Nothing pulls: both drums keep their rim speed while 6 m of rope change sides; no energy is lost."""
     found = cd.simulate(
-        drive_from_text(DRUMS),
+        routed(DRUMS),
         2.0,
         travel=True,
         start=NetworkStart(speeds={"left": -15.0, "right": -10.0}),
@@ -199,28 +184,28 @@ def test_rope_runs_from_drum_to_drum_with_its_momentum():
 
 
 @pytest.mark.parametrize(
-    ("text", "options", "words"),
+    ("drive", "options", "words"),
     [
-        (HOIST, {"travel": PlannedMove(moves={"hook.y": 1.0}, rise=1.0)}, "slides no body"),
-        (HOIST, {"travel": PlannedMove(moves={"load.y": 30.5}, rise=1.0)}, "move: "),
-        (HOIST, {"travel": PlannedMove(moves={"load.y": 1.0}, rise=0.0)}, "must be above 0"),
-        (HOIST, {"travel": PlannedMove(moves={"load.y": 0.0}, rise=1.0)}, "no body moves"),
-        (HOIST, {"scheme": Scheme(model="weak")}, "exact law"),
-        (HOIST, {"scheme": Scheme(slack="tension-only")}, "leave --tension-only out"),
-        (HOIST.split("motor = ")[0].replace("2 kg m^2", "0 kg m^2"), {}, "has no mass"),
-        (packaged_text("serpentine"), {}, "turns"),
-        (packaged_text("ropeway-towers"), {}, "carriage"),
-        (packaged_text("corexy"), {}, "holding_stiffness"),
+        (routed(HOIST), {"travel": PlannedMove(moves={"hook.y": 1.0}, rise=1.0)}, "slides no body"),
+        (routed(HOIST), {"travel": PlannedMove(moves={"load.y": 30.5}, rise=1.0)}, "move: "),
+        (routed(HOIST), {"travel": PlannedMove(moves={"load.y": 1.0}, rise=0.0)}, "must be above 0"),
+        (routed(HOIST), {"travel": PlannedMove(moves={"load.y": 0.0}, rise=1.0)}, "no body moves"),
+        (routed(HOIST), {"scheme": Scheme(model="weak")}, "exact law"),
+        (routed(HOIST), {"scheme": Scheme(slack="tension-only")}, "leave --tension-only out"),
+        (routed(HOIST.split("motor = ")[0].replace("2 kg m^2", "0 kg m^2")), {}, "has no mass"),
+        (cd.load_drive("serpentine"), {}, "turns"),
+        (cd.load_drive("ropeway-towers"), {}, "carriage"),
+        (cd.load_drive("corexy"), {}, "holding_stiffness"),
     ],
 )
-def test_what_cannot_travel_is_refused_in_one_line(text, options, words):
-    refused(lambda: cd.simulate(drive_from_text(text), 0.1, **({"travel": True} | options)), words)
+def test_what_cannot_travel_is_refused_in_one_line(drive, options, words):
+    refused(lambda: cd.simulate(drive, 0.1, **({"travel": True} | options)), words)
 
 
 def test_a_drum_carries_the_rope_that_it_winds(measured):
     """Speed from the balance of energy of a rope that does not stretch, all of which moves with the load."""
     found = cd.simulate(
-        drive_from_text(HOIST),
+        routed(HOIST),
         6.0,
         travel=True,
         torque=lambda t: 150.0 * np.minimum(t / 0.5, 1.0),
@@ -246,13 +231,13 @@ def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balan
     """cabledrive.simulation.travel: the weight of a slanting rope pulls its load aside and down."""
     beside = HOIST.replace('["0.25 m", "-30 m"]', '["9 m", "-30 m"]')
     found = cd.simulate(
-        drive_from_text(beside), 0.1, travel=True, scheme=Scheme(segments=4), recording=Recording(rate=1e3)
+        routed(beside), 0.1, travel=True, scheme=Scheme(segments=4), recording=Recording(rate=1e3)
     )
     assert np.ptp(found.channel("load.y")) < 1e-6
     damped = TRACTION.replace('"0.1 g/m"', '"0.5 kg/m", axial_damping = "2 kN s"')
     damped = damped.replace('"1 kg m^2"', '"1 kg m^2", viscous_friction = "3 N m s/rad"')
     moving = NetworkStart(speeds={"sheave": 2.0})
-    found = cd.simulate(drive_from_text(damped), 0.05, travel=True, start=moving, scheme=Scheme(segments=4))
+    found = cd.simulate(routed(damped), 0.05, travel=True, start=moving, scheme=Scheme(segments=4))
     assert found.energy_budget_error < 2e-6
     assert found.channel("viscous_loss")[-1] > 0.1
 
@@ -261,7 +246,7 @@ def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balan
 def test_rope_that_comes_to_rest_behind_a_moving_block_gives_its_energy_up():
     """Half of a tackle's rope stands still, the other moves at twice the speed of the load."""
     found = cd.simulate(
-        drive_from_text(TACKLE),
+        routed(TACKLE),
         0.05,
         travel=True,
         start=NetworkStart(speeds={"load.y": 2.0, "drum": 16.0, "block": -20.0}),

@@ -8,17 +8,14 @@ from scipy.integrate import solve_ivp
 
 import cabledrive as cd
 from cabledrive.mechanics.network.statics import statics_of
-from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.studies.motion_margins import EXCEEDED, motion_margins
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.sway import sway
 from command import answer, refusal
+from network_samples import routed
 from oracles.by_scipy import span_tensions
 
 ATWOOD = """
-schema = 1
-kind = "route"
-name = "two masses over a sheave"
 cable = { axial_rigidity = "1 GN", mass_per_length = "1e-6 kg/m", strength = "4 kN" }
 body = [
     { name = "car", mass = "100 kg", at = ["-0.2 m", "0 m"], moves = "y", coulomb_friction = "20 N" },
@@ -38,9 +35,6 @@ inertia = "0.5 kg m^2"
 capstan_friction = 0.2
 """
 BELT = """
-schema = 1
-kind = "route"
-name = "belt"
 layout = { gravity = "0 m/s^2" }
 pulley = [
     { name = "motor", at = ["0 m", "0 m"], radius = "20 mm" },
@@ -68,7 +62,7 @@ def lifted(height, seconds, acceleration):
 
 def test_two_masses_over_a_sheave_have_the_tensions_of_newton(measured):
     """T1 = m1 (g + a) + F, T2 = m2 (g - a); Eytelwein's ratio over half a turn; torque."""
-    drive, g, a, rub = drive_from_text(ATWOOD), 9.81, 2.0, 20.0
+    drive, g, a, rub = routed(ATWOOD), 9.81, 2.0, 20.0
     found = motion_margins(drive, lifted(2.0, 2.0, a))
     up, down = 100.0 * (g + a) + rub, 80.0 * (g - a)
     torque = 0.2 * (up - down) + 1.0 * a / 0.2
@@ -95,7 +89,7 @@ def test_the_vibration_is_that_of_a_chain_that_scipy_integrates(ramp, measured):
     time = np.linspace(0.0, 0.2, 8001)
     edges = (0.0, ramp + 1e-9, 0.08, 0.08 + ramp + 1e-9, 0.16, 0.16 + ramp + 1e-9)
     torque = np.interp(time, edges, (0.0, 2.0, 2.0, -1.5, -1.5, 0.0))
-    drive = drive_from_text(BELT)
+    drive = routed(BELT)
     found = motion_margins(drive, PlannedMotion(time=time, torque=torque))
     both = span_tensions(time, torque, 0.02, 1e-3, 2e-3, 20e3 / (1.0 / 1.01), 200.0)
     for span, tension in zip(found.spans, both, strict=True):
@@ -112,7 +106,7 @@ def test_places_that_the_ropes_do_not_allow_are_refused():
     time = np.linspace(0.0, 1.0, 101)
     places = {"car.y": 0.1 * time, "weight.y": 0.1 * time}
     with pytest.raises(cd.InputRefused, match="do not go together"):
-        motion_margins(drive_from_text(ATWOOD), PlannedMotion(time=time, torque=0.0 * time, places=places))
+        motion_margins(routed(ATWOOD), PlannedMotion(time=time, torque=0.0 * time, places=places))
     with pytest.raises(cd.InputRefused, match=r"add beam\.y"):
         motion_margins(
             cd.load_drive("corexy"),

@@ -324,24 +324,17 @@ def test_one_to_two_pairs_have_the_thresholds_of_the_averaged_equations(pretensi
     assert found.threshold_torque == pytest.approx(expected, rel=2e-3), found
 
 
-def hanging():
-    """Two spans of which one carries a hanging mass: its pieces are strained unevenly."""
-    settings = ["cable.transverse_damping=4", "pulley.1.viscous_friction=2e-5", "cable.pretension=3"]
-    drive = cd.load_drive("dissertation-2", overrides=settings)
-    carriage = cd.parameters.Carriage(mass=3e-4, position=0.37, guided=False)
-    return cd.parameters.Drive(
-        **{name: getattr(drive, name) for name in ("name", "kind", "cable", "layout", "pulley")},
-        carriage=(carriage,),
-    )
-
-
 def test_a_sum_pair_grows_above_its_threshold_and_not_below(measured):
-    """Two oscillators under q = Q cos Wt: the largest Floquet multiplier crosses one at the threshold."""
-    drive = hanging()
+    """Two oscillators under q = Q cos Wt: the largest Floquet multiplier crosses one at the threshold.
+
+    Of two spans one carries a hanging mass: its pieces are strained unevenly.
+    """
+    settings = ["cable.transverse_damping=4", "pulley.1.viscous_friction=2e-5", "cable.pretension=3"]
+    settings.append("carriage=[{mass=3e-4, position=0.37, guided=false}]")
+    drive = cd.load_drive("dissertation-2", overrides=settings)
     state = static_state(drive, segments=240)
     modes = longitudinal_modes(drive, state, 0.0)
     model, _ = sagging_model(drive, state, modes, [range(1, 9), range(1, 9)])
-    natural = float(model.natural[1])
     r, a, b = 0, 0, 1
     own = model.transverse[r, [a, b]]
     mass, loss = model.mass[r, [a, b]], model.loss[r, [a, b]]
@@ -363,7 +356,6 @@ def test_a_sum_pair_grows_above_its_threshold_and_not_below(measured):
 
     below, above = largest(0.97 * least / kappa), largest(1.03 * least / kappa)
     measured(f"largest multiplier {below:.4f} at 0.97, {above:.4f} at 1.03 of the threshold")
-    assert natural > 0.0
     assert below < 1.0 < above
 
 

@@ -20,8 +20,6 @@ TWO = Motion(pulses=2)
 DRAWS, SEED = 1000, 2027
 WHOLE = pytest.param(DRAWS, marks=pytest.mark.verify)
 RARE = 1e-3
-
-
 INTERVALS = ("beta", "gamma", "inertia", "viscous", "coulomb", "offset", "load_coulomb", "load_viscous")
 
 
@@ -196,7 +194,6 @@ def test_law_that_learns_on_the_nonlinear_cable(draws, measured):
 
 
 # --- Peak errors of the laws over many encoder phases and plants: the figures of tests/validation.md
-DRIVE = load_drive("dissertation-3")
 CENTRED, DRIVE_SIDE = RigOptions(encoder_phase="centred"), RigOptions(feedback="drive")
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from reproduction.averaged_against_exact import (
     ForcedCase,
     averaged_motion,
@@ -129,8 +128,6 @@ def test_free_exchanges_below_three_millimetres(case, measured):
 
 
 # --- The threshold torque measured on the exact loop: where a vanishing motion neither grows nor dies
-Array = NDArray[np.float64]
-
 SEED = 1e-9
 """Pluck of the upper span [m]: small enough to act back on nothing."""
 
