@@ -90,6 +90,16 @@ def test_a_mode_that_carriages_bring_into_resonance_is_looked_at():
     assert growth[0] == pytest.approx(growth[1], rel=0.05)
 
 
+@pytest.mark.parametrize("gap", [1e-4, 3e-2])
+def test_carriages_on_rails_may_stand_close_together(gap):
+    """What lies between them has its first mode where the longest stretch has its fortieth, or is one more."""
+    loop = cd.load_drive("dissertation-transporter", overrides=["cable.transverse_damping=2"])
+    own = loop.carriage[0]
+    loop = replace(loop, carriage=(own, replace(own, position=own.position + gap)))
+    spans = {pair.section for pair in cd.resonance(loop, torque=0.01).pairs if pair.span == "upper"}
+    assert len(spans) == 2 + (gap > 0.75 / 40.0)
+
+
 def swept_path(steps, rate):
     """One longitudinal mode that swings freely and two coupled transverse ones whose frequencies change."""
 

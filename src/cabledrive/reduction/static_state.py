@@ -35,7 +35,8 @@ def static_state(drive: Drive, *, load_torque: float = 0.0, segments: int = 120)
     A positive torque pulls the upper span. `NotComputed`: no equilibrium, or a piece of cable hangs slack.
     """
     at_torque = -load_torque * drive.drive_pulley.radius / drive.load_pulley.radius
-    rest, mesh = rest_state(drive, at_torque=at_torque), mesh_of(drive, segments)
+    guided = sum(carriage.guided for carriage in drive.carriage)
+    rest, mesh = rest_state(drive, at_torque=at_torque), mesh_of(drive, max(segments, 8 * (1 + guided)))
     if rest.lowest_tension <= 0.0:
         raise NotComputed(
             f"a span hangs slack at rest (lowest tension {rest.lowest_tension:.4g} N): raise cable.pretension"
@@ -116,7 +117,7 @@ class TransverseShapes(FreeStretch):
 
 
 def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:
-    """Stretches between pulleys and guided carriages, upper span first."""
+    """Stretches between pulleys and guided carriages, upper first, none below a fortieth of the longest."""
     mesh, stretch = state.mesh, 1.0 + drive.cable.prestrain
     times = mesh.spacing * np.sqrt(mesh.density * state.stretch / np.maximum(state.tension, 1e-300))
     found = []
@@ -134,7 +135,8 @@ def free_stretches(drive: Drive, state: StaticState) -> tuple[FreeStretch, ...]:
                     travel_time=float(times[here].sum()),
                 )
             )
-    return tuple(found)
+    longest = max(part.ends[1] - part.ends[0] for part in found)
+    return tuple(part for part in found if 40.0 * (part.ends[1] - part.ends[0]) >= longest)
 
 
 def transverse_shapes(
