@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.io import wavfile
+from scipy.optimize import brentq
 
 import cabledrive as cd
 from cabledrive.identification.logs.log import log_of
@@ -132,6 +133,33 @@ def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right(m
     measured(f"bare formula {100 * one.bias:+.1f} %, by the modes {100 * off:+.3f} %")
     assert one.tension.value == pytest.approx(7.0, rel=0.01), one
     assert one.bias < -0.3, one.bias
+
+
+def test_ping_of_a_stiff_belt_gives_its_tension(measured):
+    """Partials of a beam clamped where its curvature has grown to that of the pulley, sqrt(EI/T) beyond L."""
+    base = cd.load_drive("printer-belt")
+    length, tension, share = base.pulley_distance, base.cable.pretension, 2e-3
+    cable = replace(base.cable, bending_stiffness=share * tension * length**2)
+    pulley = tuple(replace(own, radius=0.2 * length) for own in base.pulley)
+    drive = replace(base, carriage=(), cable=cable, pulley=pulley)
+    first = base.cable.transverse_wave_speed / (2.0 * length)
+
+    def clamped(f):
+        """Characteristic equation of a tensioned beam over cosh; in frequency and length of the string."""
+        long, steep = 1.0 + 2.0 * np.sqrt(share), 0.5 / share
+        root = np.sqrt(steep**2 + (np.pi * f) ** 2 / share)
+        a, b = np.sqrt(root + steep), np.sqrt(root - steep)
+        left = (a**2 - b**2) * np.tanh(a * long) * np.sin(b * long)
+        return left + 2.0 * a * b * (1.0 / np.cosh(a * long) - np.cos(b * long))
+
+    partials = [first * brentq(clamped, k - 0.3, k + 0.4) for k in (1, 2, 3)]
+    time, rng = np.arange(16000) / (32.0 * first), np.random.default_rng(3)
+    tones = [np.cos(2 * np.pi * f * time + k) / k**2 for k, f in enumerate(partials, start=1)]
+    clean = np.exp(-0.02 * first * time) * np.sum(tones, axis=0)
+    values = clean + NOISE * np.abs(clean).max() * rng.normal(size=time.size)
+    one = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
+    measured(f"{100 * (one.tension.value / tension - 1.0):+.3f} %")
+    assert one.tension.value == pytest.approx(tension, rel=2e-3), one
 
 
 @pytest.mark.parametrize("content", [b"", b"RIFF\x00\x00\x00\x00WAVEfmt ", b"no sound at all" * 9])

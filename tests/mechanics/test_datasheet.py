@@ -11,12 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from cabledrive.mechanics import derived_quantities, drive_warnings
+from cabledrive.mechanics import derived_quantities, drive_warnings, rest_state
 from cabledrive.mechanics.datasheet import no_slip_torque
 from cabledrive.mechanics.holding import lumped_joint_mode, span_stiffness
+from cabledrive.mechanics.network import statics_of
+from cabledrive.mechanics.network.span_table import span_rows
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters import Carriage, Goal, Layout, Sensors, load_drive, packaged_drives
 from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.route.two_pulleys import as_machine
 from drive_strategies import drives
 from oracles.hanging_machine import catenary_sag
 
@@ -61,12 +64,28 @@ def test_sag_of_an_empty_level_span_is_that_of_its_catenary(name):
     sheet, (sag, pull) = derived_quantities(drive), catenary_sag(drive)
     assert sheet.static_sag == pytest.approx(sag, rel=1e-6)
     weight = drive.cable.mass_per_length * 9.81 * drive.span_length
-    stiffness = drive.cable.axial_rigidity * (1.0 + drive.cable.prestrain)
     steep = 0.5 * weight / pull
     assert sheet.irvine_parameter == pytest.approx(
-        (weight / pull) ** 2 * stiffness / pull, rel=steep**2 + 1e-6
+        (weight / pull) ** 2 * drive.cable.axial_rigidity / pull, rel=steep**2 + 1e-6
     )
     assert sheet.lowest_static_tension == pytest.approx(pull, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["ropeway", "camera-line", "elevator"])
+def test_table_of_spans_has_the_unstretched_length_of_the_file_and_all_weights(name):
+    """By routes, sag included; Irvine's parameter is 12 EA/T times the mean of (V/T)^2."""
+    drive = load_drive(name)
+    machine = as_machine(drive)
+    for span, row in zip(drive.spans, span_rows(machine, statics_of(machine)), strict=True):
+        assert row["unstretched_length"] == pytest.approx(drive.span_length, rel=1e-9)
+        own = [stretch for stretch in rest_state(drive).stretches if stretch.span == span]
+        places = np.linspace(0.0, 1.0, 2001)
+        forces = [stretch.force_at(stretch.start + stretch.length * places) for stretch in own]
+        parts = np.array([stretch.length for stretch in own]) / drive.span_length
+        pull = parts @ [np.hypot(*force).mean() for force in forces]
+        shear = parts @ [np.mean(force[1] ** 2) for force in forces]
+        wanted = 12.0 * drive.cable.axial_rigidity * shear / pull**3
+        assert row["irvine_parameter"] == pytest.approx(wanted, rel=2e-2, abs=1e-12)
 
 
 def extreme(table):

@@ -147,19 +147,24 @@ def test_sway_is_that_of_the_integrated_equation(hertz):
         rope = drive.ropes[span.route]
         ends = [0.05 * (point[1] - found.bottom) / (found.top - found.bottom) for point in span.contacts]
         tension = (statics.start[number], statics.end[number])
-        wanted = integrated(
-            span.length, tension, rope.mass_per_length, rope.transverse_damping, 2 * np.pi * hertz, ends
-        )
+        density = rope.mass_per_length / (1.0 + np.mean(tension) / rope.axial_rigidity)
+        wanted = integrated(span.length, tension, density, rope.transverse_damping, 2 * np.pi * hertz, ends)
         own = next(one for one in found.ropes if one.name == span.name)
         assert own.amplitude == pytest.approx(wanted, rel=1e-4)
 
 
-def test_first_frequencies_are_those_of_the_certified_list():
-    drive = cd.load_drive("lift-2-to-1", overrides=["car.y=8 m"])
-    found = cd.modes(drive, below=10.0)
+@pytest.mark.parametrize(
+    ("name", "places", "below", "off"),
+    [("lift-2-to-1", ["car.y=8 m"], 10.0, 2e-3), ("serpentine", [], 200.0, 1e-8)],
+)
+def test_first_frequencies_are_those_of_the_certified_list(name, places, below, off):
+    """Of stretched ropes; those of the lift are stiff in bending, which is left out."""
+    drive = cd.load_drive(name, overrides=places)
+    found = cd.modes(drive, below=below)
     for rope in sway(drive, 0.2, 0.05).ropes:
-        first = min(mode.frequency for mode in found.transverse if rope.name in (mode.span or ""))
-        assert rope.frequency_hz == pytest.approx(first, rel=2e-3)  # bending stiffness is left out
+        out = (mode for mode in found.transverse if mode.plane == "v" and rope.name in (mode.span or ""))
+        first = min(mode.frequency for mode in out)
+        assert rope.frequency_hz == pytest.approx(first, rel=off)
 
 
 def test_a_rope_is_looked_at_where_it_resonates_with_the_building():

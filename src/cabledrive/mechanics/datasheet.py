@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from math import degrees, inf, pi, sqrt, tanh
 from typing import Any
 
-import numpy as np
-
 from cabledrive.answers.figures import figure, rounded
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
+from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
@@ -151,17 +150,7 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
     require_two_pulleys(drive, "`derived_quantities`")
     cable, motor, sensors = drive.cable, drive.motor, drive.sensors
     mass = len(drive.spans) * drive.span_length * cable.mass_per_length
-    rest, irvine = rest_state(drive), [0.0]
-    for span in drive.spans:
-        squares = pull = 0.0
-        for own in (stretch for stretch in rest.stretches if stretch.span == span):
-            first, last = own.force_at(np.array([own.start, own.end]))[1].tolist()
-            squares += own.length * (first**2 + first * last + last**2) / 3.0
-            pull += own.length * own.mean_tension
-        if squares:
-            # 12 K V^2/T^3 with the mean of V^2: (q l/T)^2 K/T under an even weight (Irvine, 1981, chapter 2)
-            pull, shear = pull / drive.span_length, squares / drive.span_length
-            irvine.append(12.0 * cable.axial_rigidity * (1.0 + cable.prestrain) * shear / pull**3)
+    rest = rest_state(drive)
     sag = max(section.sag for section in rest.sections)
     rims = [None if s.fixed else s.rim_mass / mass for s in shafts_of(drive)[:2]]
     modes = [omega and omega / (2.0 * pi) for omega in (lumped_cable_mode(drive), lumped_joint_mode(drive))]
@@ -188,7 +177,7 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
         transverse_frequency_hz=cable.transverse_wave_speed / (2.0 * drive.pulley_distance),
         static_sag=sag,
         sag_ratio=sag / drive.pulley_distance,
-        irvine_parameter=max(irvine),
+        irvine_parameter=max(sag_parameter(section.stretches) for section in rest.sections),
         chi1=rims[0],
         chi2=rims[1],
         slack_torque=len(drive.spans) * drive.drive_pulley.radius * cable.pretension,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cabledrive.mechanics.network.rest_forces import PLACES, SHARES, RestingStretch
+from cabledrive.mechanics.network.rest_forces import RestingStretch, sag_parameter
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.rows import Array
 
@@ -134,22 +134,6 @@ def _force_of(rest: RestingStretch, before: float) -> tuple[Callable[[Array], Ar
         return along / tension, across / tension
 
     return hold, direction
-
-
-def sag_parameter(stretches: Sequence[RestingStretch]) -> float:
-    r"""Irvine's parameter of rope between held places, with any weights: 12 EA/T times the mean of sin^2.
-
-    .. math:: \lambda^2 = \frac{12\,EA}{\bar T}\,\overline{\sin^2\theta}
-
-    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`.
-    """
-    square = tension = 0.0
-    for stretch in stretches:
-        along, across = stretch.force_at(stretch.start + stretch.length * PLACES)
-        share = stretch.length / (stretches[-1].end - stretches[0].start)
-        square += share * float(SHARES @ (across**2 / (along**2 + across**2)))
-        tension += share * stretch.mean_tension
-    return 12.0 * stretches[0].axial_rigidity / tension * square
 
 
 def straight_above(stretches: Sequence[RestingStretch], density: float) -> float:

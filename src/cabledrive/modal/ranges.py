@@ -7,11 +7,11 @@ import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.network.pieces import Piece, wrap_at
+from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import ModalNetwork
-from cabledrive.modal.pieces import sag_parameter
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import Drive

@@ -189,7 +189,7 @@ def motion_margins(
         n for n, span in enumerate(drive.free_spans) if span.wrap is not None and span.end.pulley is not None
     )
     rows = (_pulley(drive, number, found, wraps or {}) for number in wrapped)
-    pulleys = tuple(sorted(rows, key=lambda own: own.margin or np.inf))
+    pulleys = tuple(sorted(rows, key=lambda own: np.inf if own.margin is None else own.margin))
     first = found.networks[0]
     rise, risen = (float(np.abs(own - found.rest).max()) for own in (found.even, found.vibrating))
     return MotionMargins(

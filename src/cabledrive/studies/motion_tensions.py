@@ -248,14 +248,9 @@ def _torque(turns: Array, free: Array, need: Array) -> Array:
 def _holding(network: Network) -> Array:
     """Torque of each motor that holds the machine at rest, shape (motors,) [N m]."""
     drive, statics = network.drive, network.statics
-    found = np.zeros(len(drive.turned))
-    for m, number in enumerate(drive.turned):
-        for index, span in enumerate(drive.free_spans):
-            ropes = drive.route[span.route].ropes
-            for place, sign, tension in (
-                (span.start, -1.0, statics.start[index]),
-                (span.end, 1.0, statics.end[index]),
-            ):
-                if place.pulley == number:
-                    found[m] += sign * place.sense * place.radius * ropes * tension
-    return found
+    found = np.zeros(len(drive.pulley))
+    for span, start, end in zip(drive.free_spans, statics.start, statics.end, strict=True):
+        for place, pull in ((span.start, -start), (span.end, end)):
+            if place.pulley is not None:
+                found[place.pulley] += place.sense * place.radius * drive.route[span.route].ropes * pull
+    return found[list(drive.turned)]

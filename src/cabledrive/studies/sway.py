@@ -146,12 +146,13 @@ def _at(
 
 
 def _strings(drive: RoutedDrive) -> tuple[Array, Array, Array, Array]:
-    """Tension at both ends, shape (2, spans) [N]; density [kg/m], damping [1/s], length [m] of each span."""
+    """Tension at both ends, shape (2, spans) [N]; density under it, damping, length of each span, in SI."""
     statics = statics_of(drive)
     change = statics.end - statics.start
     half = 0.5 * np.where(change < 0.0, -1.0, 1.0) * np.maximum(np.abs(change), _SLOPE * statics.mean)
     ropes = [drive.ropes[span.route] for span in drive.free_spans]
-    density = np.array([rope.mass_per_length for rope in ropes])
+    density = np.array([rope.density for rope in ropes])
+    density /= 1.0 + statics.mean / np.array([rope.axial_rigidity for rope in ropes])
     damping = np.array([rope.transverse_damping for rope in ropes])
     length = np.array([span.length for span in drive.free_spans])
     return np.array([statics.mean - half, statics.mean + half]), density, damping, length

@@ -17,7 +17,6 @@ from cabledrive.identification.tension.tones import TonesFit
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal import modes
-from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.tuning import section_frequencies
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
@@ -187,11 +186,17 @@ def bare_tension(drive: Drive, hertz: float) -> float:
 
 
 def section_modes(drive: Drive, span: str, section: int) -> Array:
-    """First frequencies of a section of a span, shape (`TEETH`,) [Hz]."""
+    """First frequencies of a section of a span, `TEETH` or, of a stiff cable, fewer [Hz]."""
     chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == span]
     if not 0 <= section < len(chains):
         raise InputRefused(f"section {section}: the {span} span has {len(chains)}: count from 0")
-    return np.array(section_frequencies(chains[section], TEETH)) / (2 * pi)
+    strings = np.array(section_frequencies(chains[section], TEETH)) / (2 * pi)
+    if drive.cable.bending_stiffness is None:
+        return strings
+    part = (chains[section].stretches[0].start, chains[section].stretches[-1].end)
+    even = replace(drive, layout=replace(drive.layout, gravity=0.0))
+    found = [own for own in modes(even, below=1.5 * strings[-1]).transverse if own.plane == "w"]
+    return np.array([own.frequency for own in found if own.span == span and own.section == part][:TEETH])
 
 
 def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) -> list[float]:
@@ -266,8 +271,8 @@ def _ratios(drive: RoutedDrive, span: str, first: float) -> Array:
     """Each of the first modes of a span in the plane over that of a string between resting ends."""
     listed = [
         mode.frequency
-        for mode in modes(drive, below=(recording.PARTIALS + 0.5) * first).modes
-        if mode.kind == TRANSVERSE and mode.span == span and mode.plane == "w"
+        for mode in modes(drive, below=(recording.PARTIALS + 0.5) * first).transverse
+        if mode.span == span and mode.plane == "w"
     ]
     found = []
     for number in range(1, recording.PARTIALS + 1):

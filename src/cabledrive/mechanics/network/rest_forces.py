@@ -14,7 +14,7 @@ complementary energy; a balance of bodies is a side condition, its multipliers t
 step that is halved until the slope of the energy along it has fallen therefore reaches the one solution.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -141,6 +141,22 @@ class RestingStretch:
         if tension.min() <= 0.0:
             return float("inf")
         return self.length * float(np.sqrt(1.0 / tension + 1.0 / self.axial_rigidity) @ SHARES)
+
+
+def sag_parameter(stretches: Sequence[RestingStretch]) -> float:
+    r"""Irvine's parameter of rope between held places, with any weights: 12 EA/T times the mean of sin^2.
+
+    .. math:: \lambda^2 = \frac{12\,EA}{\bar T}\,\overline{\sin^2\theta}
+
+    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`.
+    """
+    square = tension = 0.0
+    for stretch in stretches:
+        along, across = stretch.force_at(stretch.start + stretch.length * PLACES)
+        share = stretch.length / (stretches[-1].end - stretches[0].start)
+        square += share * float(SHARES @ (across**2 / (along**2 + across**2)))
+        tension += share * stretch.mean_tension
+    return 12.0 * stretches[0].axial_rigidity / tension * square if square else 0.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -9,6 +9,7 @@ import numpy as np
 from cabledrive.answers.keys import Keys
 from cabledrive.mechanics.datasheet import ELASTIC_RULE
 from cabledrive.mechanics.network.motion import Motion
+from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.mechanics.network.statics import Statics, statics_of, unheld_words
 from cabledrive.parameters.route import RoutedDrive
 
@@ -43,15 +44,13 @@ def span_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
         tension = float(statics.mean[number])
         largest = float(max(statics.start[number], statics.end[number]))
         rigidity = rope.axial_rigidity
-        # Irvine's lambda^2 of a rope, by the weight across it
-        across = abs(statics.stretches[number][0].load[1]) * statics.stretches[number][-1].end
-        irvine = (across / tension) ** 2 * rigidity / tension
+        irvine = sag_parameter(statics.stretches[number])
         rows.append(
             {
                 "name": span.name,
                 "route": route.name,
                 "length": span.length,
-                "unstretched_length": span.length / (1.0 + tension / rigidity),
+                "unstretched_length": statics.stretches[number][-1].end,
                 "tension": tension,
                 "tension_start": float(statics.start[number]),
                 "tension_end": float(statics.end[number]),
