@@ -1,6 +1,7 @@
 """FMUs validate, step as the interpreted loop to the bit, and refuse what they do not offer."""
 
 import shutil
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,6 +16,7 @@ from cabledrive.export.source import plant_loop
 from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import network_response, rotor_turn
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.modal_cable import modal_cable
 from cabledrive.reduction.stretch_kernels import cable_motion, cable_step, start_cable
 from cabledrive.reduction.stretches import new_stretch_state
@@ -242,3 +244,28 @@ def test_a_network_in_modes_responds_as_its_exact_waves(name, measured):
         gaps.append(float(np.abs(found - exact).max() / np.abs(exact).max()))
     measured(f"{name}: {100 * max(gaps):.2g} % of the largest motion up to a fifth of the highest mode")
     assert max(gaps) < 0.06, f"observed {gaps}"  # the modes left out give way as well
+
+
+def test_ropes_that_lose_couple_the_modes_of_a_network(measured):
+    """Three inertias on two springs, of which the light cable alone loses, by the matrices of its chain."""
+    radius, rigidity, loss, joint, inertias = 0.02, 2e4, 10.0, 16.0, (5e-5, 2e-4, 2e-4)
+    loop = cd.Drive(
+        name="three inertias",
+        kind="loop",
+        cable=cd.Cable(given_rigidity=rigidity, mass_per_length=1e-6, pretension=100.0, axial_damping=loss),
+        layout=cd.Layout(span_length=1.0, gravity=0.0),
+        pulley=tuple(cd.Pulley(radius=radius, inertia=own) for own in inertias[:2]),
+        motor=cd.Motor(inertia=inertias[2], joint_stiffness=joint),
+    )
+    machine = replace(as_machine(loop), sensors=cd.Sensors(sample_rate=20e3))
+    model = modal_cable(machine).numbers.model
+    link = 2.0 * radius**2 * np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+    stiffness = rigidity * link + joint * np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 1.0]])
+    gaps = []
+    for omega in 2.0 * np.pi * np.array([10.0, 50.0, 60.0, 120.0, 200.0]):
+        modes = np.diag(model.natural**2 - omega**2) + 1j * omega * model.damping
+        found = model.motions @ np.linalg.solve(modes, model.motions.T)
+        exact = np.linalg.inv(stiffness + 1j * omega * loss * link - omega**2 * np.diag(inertias))
+        gaps.append(float(np.abs(found / exact - 1.0).max()))
+    measured(f"motions off by {max(gaps):.1e}")
+    assert max(gaps) < 1e-3, f"observed {gaps}"

@@ -13,7 +13,6 @@ from scipy.special import j0, j1, y0, y1
 
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
-from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
 from cabledrive.modal.rows import MASS

@@ -126,18 +126,32 @@ def _kept(network: Network, omega: float) -> tuple[Array, Array]:
 
 
 def modal_damping(network: Network, squares: Array, shapes: Array) -> Array:
-    """Damping between the modes, shape (k, k) [1/s].
+    r"""Damping between the modes, shape (k, k) [1/s].
 
-    Dampers couple the modes; what ropes lose is counted in each mode for itself, from the exact waves with
-    their damping at its frequency.
+    Waves of two modes lose :math:`b\int u_i'u_j'` along a rope and :math:`\Gamma\rho\int u_iu_j` across it.
+    With the work :math:`A_{ij}` of the forces at the ends of the one on those of the other,
+
+    .. math:: \int R\,u_i'u_j' = \frac{\omega_j^2A_{ij} - \omega_i^2A_{ji}}{\omega_j^2 - \omega_i^2}, \qquad
+              \int \rho\,u_iu_j = \frac{A_{ij} - A_{ji}}{\omega_j^2 - \omega_i^2};
+
+    modes of one frequency lose what the exact waves with their damping do.
     """
-    damping = np.asarray(shapes.T @ network.dampers.matrix @ shapes)
-    for i, square in enumerate(squares):
-        if square > 0.0:
-            omega = float(np.sqrt(square))
-            force = dynamic_stiffness(network, complex(omega), damped=True) @ shapes[:, i]
-            damping[i, i] = float((shapes[:, i] @ force).imag) / omega
-    return damping
+    loss, drag = np.zeros((2, network.time.size))
+    loss[::3] = [piece.rope.axial_damping / piece.rope.axial_rigidity for piece in network.pieces]
+    drag[1::3] = drag[2::3] = [piece.rope.transverse_damping for piece in network.pieces]
+    near, far, phase = network.start @ shapes, network.end @ shapes, np.outer(network.time, np.sqrt(squares))
+    scale = (network.ropes * network.impedance / network.time)[:, None] / np.sinc(phase / pi)
+    first, last = scale * (np.cos(phase) * near - far), scale * (np.cos(phase) * far - near)
+    strain, moved = (first.T @ (own[:, None] * near) + last.T @ (own[:, None] * far) for own in (loss, drag))
+    apart = squares - squares[:, None]
+    same = np.abs(apart) <= 1e-6 * squares
+    lost = squares * strain - squares[:, None] * strain.T + moved - moved.T
+    damping = shapes.T @ network.dampers.matrix @ shapes + lost / np.where(same, np.inf, apart)
+    for i, omega in enumerate(np.sqrt(squares)):
+        if omega > 0.0:
+            force = shapes[:, i] @ dynamic_stiffness(network, complex(omega), damped=True).imag / omega
+            damping[i, same[i]] = force @ shapes[:, same[i]]
+    return np.asarray(damping)
 
 
 def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:

@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 
-from cabledrive.mechanics.network.span_table import follows
+from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.motion_tensions import MotionTensions, motion_tensions
@@ -238,8 +238,7 @@ def _pulley(
     pieces, span = found.networks[0].pieces, drive.free_spans[number]
     assert span.end.pulley is not None
     pulley, rope = drive.pulley[span.end.pulley], drive.ropes[span.route]
-    own = (i for i, other in enumerate(drive.free_spans) if other.route == span.route)
-    after = next(i for i in own if follows(drive, number, i))
+    after = next_span(drive, number)
     last = max(i for i, piece in enumerate(pieces) if piece.span == number)
     first = min(i for i, piece in enumerate(pieces) if piece.span == after)
     sides = found.vibrating[:, last, 1], found.vibrating[:, first, 0]

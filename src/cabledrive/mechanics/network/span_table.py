@@ -76,11 +76,7 @@ def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
     for number, span in enumerate(drive.free_spans):
         if span.wrap is None or span.end.pulley is None:
             continue
-        after = next(
-            i
-            for i, other in enumerate(drive.free_spans)
-            if other.route == span.route and follows(drive, number, i)
-        )
+        after = next_span(drive, number)
         rope, route = drive.ropes[span.route], drive.route[span.route]
         momentum = rope.density * route.speed**2
         first, last = float(statics.end[number]), float(statics.start[after])
@@ -110,11 +106,11 @@ def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
     return rows
 
 
-def follows(drive: RoutedDrive, number: int, other: int) -> bool:
-    """Whether a span is the next one of its route."""
+def next_span(drive: RoutedDrive, number: int) -> int:
+    """Number of the span after one on its route; of the last one the first."""
     route = drive.free_spans[number].route
     own = [i for i, span in enumerate(drive.free_spans) if span.route == route]
-    return other == own[(own.index(number) + 1) % len(own)]
+    return own[(own.index(number) + 1) % len(own)]
 
 
 def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.network import Network
 from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
-from cabledrive.mechanics.network.span_table import follows
+from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import plan as at
@@ -45,12 +45,10 @@ def wraps_of(network: Network) -> tuple[Wrap, ...]:
         pulley = drive.pulley[span.end.pulley]
         if pulley.capstan_friction is None:
             continue
-        others = enumerate(drive.free_spans)
-        after = next(i for i, one in others if one.route == span.route and follows(drive, number, i))
         before = len(pieces) - 1 - pieces[::-1].index(number)
         factor = exp(pulley.capstan_friction * span.wrap) - 1.0
         ropes = drive.route[span.route].ropes
-        found.append(Wrap(pulley.name, before, pieces.index(after), factor, ropes))
+        found.append(Wrap(pulley.name, before, pieces.index(next_span(drive, number)), factor, ropes))
     return tuple(found)
 
 
