@@ -11,12 +11,11 @@ from cabledrive.mechanics.datasheet import elastic_range, largest_pretension, wa
 from cabledrive.mechanics.holding import motor_condition
 from cabledrive.modal.tuning import pulley_mode, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
-from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
+from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
 from cabledrive.studies import resonance_detuning as regions
@@ -275,7 +274,7 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
             return False
 
     pretensions = (_pretension(drive, safe, raised) for raised in (True, False))
-    return (*pretensions, _inertia(drive, safe), _damping(drive, model, torque), _torque(model))
+    return (*pretensions, _inertia(drive, safe), _damping(drive, model, safe), _torque(model))
 
 
 def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> dict[str, float]:
@@ -358,30 +357,28 @@ def _inertia(drive: Drive, safe: Callable[[Drive], bool]) -> Remedy:
     return Remedy(change="add inertia", value=added, text=text)
 
 
-def _damping(drive: Drive, model: AutoparametricModel, torque: float) -> Remedy:
-    """Friction at the load pulley that lifts the safe torque at the drive's own pretension."""
-    c = averaged_coefficients(model, torque=torque, drift=False)
-    with np.errstate(divide="ignore"):
-        needed = np.max(np.abs(c.force) * np.abs(c.pump) / _safe_pumping(c))
-    if drive.load_pulley.fixed or not np.isfinite(needed):
-        text = f"{FAILED}: friction at the load pulley (the cable is undamped at exact tuning)"
+def _damping(drive: Drive, model: AutoparametricModel, safe: Callable[[Drive], bool]) -> Remedy:
+    """Friction at the load pulley, up to critical damping of the pulley mode."""
+    load, critical = drive.load_pulley, 2.0 * model.natural / _damping_per_friction(drive, model)
+
+    def trial(share: float) -> Drive:
+        damped = replace(load, viscous_friction=load.viscous_friction + share * critical)
+        return replace(drive, pulley=(drive.drive_pulley, damped))
+
+    share = None if load.fixed else _first_safe(trial, safe)
+    if share is None:
+        text = f"{FAILED}: friction at the load pulley, up to critical damping of the pulley mode"
         return Remedy(change="add damping", value=None, text=text)
-    wanted = 2.0 * float(np.sqrt(max(needed**2 - float(c.detuning) ** 2, 0.0)))
-    friction = max(0.0, wanted - model.modal_damping) / _damping_per_friction(drive, model)
-    text = f"damp the load pulley by {friction:.3g} N m s/rad more"
-    return Remedy(change="add damping", value=friction, text=text)
+    text = f"damp the load pulley by {share * critical:.3g} N m s/rad more"
+    return Remedy(change="add damping", value=share * critical, text=text)
 
 
 def _torque(model: AutoparametricModel) -> Remedy:
     c = averaged_coefficients(model, torque=1.0, drift=False)
     resistance = float(np.abs(-0.5 * c.damping + 1j * c.detuning))
-    limit = float(np.min(_safe_pumping(c) * resistance / (np.abs(c.force) * np.abs(c.pump))))
+    outside = np.hypot(c.transverse_detuning / regions.CLOSE, 0.5 * c.transverse_damping)  # just
+    limit = float(np.min(outside * resistance / (np.abs(c.force) * np.abs(c.pump))))
     text = f"keep the torque at the pulley mode's frequency below {limit:.3g} N m"
     if limit == 0.0:
         text = f"{FAILED}: a smaller torque (the threshold at the pulley mode's frequency is zero)"
     return Remedy(change="limit torque", value=limit, text=text)
-
-
-def _safe_pumping(c: AveragedCoefficients) -> Array:
-    """Parametric excitation at which each mode lies just outside the margin [rad/s]."""
-    return np.hypot(c.transverse_detuning / regions.CLOSE, 0.5 * c.transverse_damping)
