@@ -192,7 +192,7 @@ def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     assert again["files"] == found["files"]
 
 
-def test_random_inputs_give_what_the_interpreted_kernel_gives(tmp_path, package):
+def test_random_inputs_give_what_the_interpreted_kernel_gives(package):
     """Readings with infinities and NaN at random places, references of noise."""
     law = source_of("darc-4").law
     generator = np.random.default_rng(7)
@@ -290,25 +290,11 @@ UNFILTERED = cd.OwnController(
 )
 
 
-@pytest.fixture(scope="module")
-def exported(tmp_path_factory):
-    """Folder of a controller exported once, and what the export said."""
-    kept = {}
-
-    def export(own):
-        if own.name not in kept:
-            folder = tmp_path_factory.mktemp(own.name) / "c"
-            kept[own.name] = folder, cd.export_to(folder, DRIVE, "c99", controller=own)
-        return kept[own.name]
-
-    return export
-
-
 @needs_cc
 @pytest.mark.parametrize("own", [OWN, UNFILTERED], ids=lambda own: own.name)
-def test_a_controller_of_ones_own_passes_its_self_test_to_the_bit(own, exported):
-    folder, made = exported(own)
+def test_a_controller_of_ones_own_passes_its_self_test_to_the_bit(own, tmp_path):
+    made = cd.export_to(tmp_path / "c", DRIVE, "c99", controller=own)
     assert made["sample_time"] == pytest.approx(2e-4)
-    done = checked(folder, "-O2", *WARNINGS)
+    done = checked(tmp_path / "c", "-O2", *WARNINGS)
     assert done.returncode == 0, done.stdout
     assert "1000 samples, command kept at 7, largest difference 0 N m" in done.stdout

@@ -22,21 +22,20 @@ def clip_of(frames, rate):
     )
 
 
-def swinging(rng, amplitudes, duration=2.0, exposure=0.5, middle=80.3):
-    """Rows of a marker that swings at three frequencies, at nine instants of each exposure [pixel]."""
+def film(seed, amplitudes, *, duration=2.0, **options):
+    """Rows of a marker that swings at three frequencies about 80.3 pixels, and it filmed.
+
+    A row is the mean of nine instants of an exposure of half a frame.
+    """
+    rng = np.random.default_rng(seed)
     phases = rng.uniform(0.0, 6.0, len(TONES))
     frames = np.arange(round(duration * RATE))[:, None] / RATE
-    time = frames + exposure / RATE * np.linspace(-0.5, 0.5, 9)
+    time = frames + 0.5 / RATE * np.linspace(-0.5, 0.5, 9)
     waves = [
         a * np.exp(-time) * np.sin(2 * np.pi * f * time + p)
         for a, f, p in zip(amplitudes, TONES, phases, strict=True)
     ]
-    return middle + np.sum(waves, axis=0)
-
-
-def film(seed, amplitudes, *, duration=2.0, **options):
-    rng = np.random.default_rng(seed)
-    rows = swinging(rng, amplitudes, duration)
+    rows = 80.3 + np.sum(waves, axis=0)
     return rows.mean(axis=1), list(filmed(VirtualCamera(**options), rows, rng))
 
 

@@ -357,7 +357,9 @@ def test_the_resonance_is_within_three_per_cent_of_the_measured_response(run_car
         record = run_cart("sine_" + f"{frequency:g}".replace(".", "_"))
         simulated = carts.simulated(record)
         gains.append([gain(record.input, x[:, 0], frequency) for x in (record.output, simulated)])
-    observed, modelled = (peak(np.array(g)) for g in np.transpose(gains))
+    fine = np.linspace(2.0, 4.5, 5001)
+    splines = [CubicSpline(np.log(SWEEP), np.log(g)) for g in np.transpose(gains)]
+    observed, modelled = (fine[np.argmax(spline(np.log(fine)))] for spline in splines)
     off = modelled / observed - 1
     other = [parabola(np.array(g)) for g in np.transpose(gains)]
     beside = other[1] / other[0] - 1
@@ -371,12 +373,6 @@ def gain(input_, output, frequency):
     time = 1e-3 * np.arange(input_.size)[SETTLED:]
     wave = np.exp(-2j * np.pi * frequency * time)
     return abs(np.mean(output[SETTLED:] * wave)) / abs(np.mean(input_[SETTLED:] * wave))
-
-
-def peak(gains):
-    spline = CubicSpline(np.log(SWEEP), np.log(gains))
-    fine = np.linspace(2.0, 4.5, 5001)
-    return fine[np.argmax(spline(np.log(fine)))]
 
 
 def parabola(gains):

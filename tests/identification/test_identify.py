@@ -1,7 +1,6 @@
 """The door: virtual rigs inside their intervals, wrong models named, bad input refused."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -36,12 +35,6 @@ def away(found, values):
     return ", ".join(f"{(one.value - value) / one.standard_error:+.1f}" for one, value in errors)
 
 
-@cache
-def identified(test):
-    """By output error from the log of seed 2015."""
-    return identify(bench_log(test, 2015), PLAIN, method="output-error")
-
-
 def bench_log(test, seed, **flaws):
     rng = np.random.default_rng(seed)
     return run_rig(bench_rig(test, Imperfections(**flaws)), bench_command(test, rng), rng)
@@ -65,7 +58,7 @@ def faulty_log(case, seed, duration):
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)
 def test_table_4_1_lies_inside_its_intervals(test, measured):
     """Every printed value inside its 99.9 % interval, at seed 2015."""
-    found = identified(test)
+    found = identify(bench_log(test, 2015), PLAIN, method="output-error")
     measured(f"J, b, c, d: {away(found, printed(test))} standard errors away, 3.5 allowed")
     for name, value in printed(test).items():
         estimate = found.parameters[name]

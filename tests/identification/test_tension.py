@@ -428,16 +428,6 @@ def test_fifty_recordings_of_nearly_equal_tensions(measured):
 
 
 # --- The load pulley feels its spans: its encoder shows a ping in counts, its load cell both tensions
-def turning(name, tension, height):
-    """Two seconds of a plucked loop, which turns its load pulley."""
-    drive = cd.load_drive(name, overrides=[f"cable.pretension={tension}", "cable.transverse_damping=2"])
-    plucks = (Pluck(height=height, place=0.4),)
-    recording = Recording(rate=2000.0)
-    return drive, simulate(
-        drive, 2.0, start=Start(plucks=plucks), scheme=Scheme(segments=40), recording=recording
-    )
-
-
 @pytest.mark.parametrize(
     "name, tension, height, least",
     [
@@ -450,7 +440,9 @@ def turning(name, tension, height):
 )
 def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least, measured):
     """Either no tone or the tension within 1 %; always the tension at 5 N."""
-    drive, run = turning(name, tension, height)
+    drive = cd.load_drive(name, overrides=[f"cable.pretension={tension}", "cable.transverse_damping=2"])
+    start, recording = Start(plucks=(Pluck(height=height, place=0.4),)), Recording(rate=2000.0)
+    run = simulate(drive, 2.0, start=start, scheme=Scheme(segments=40), recording=recording)
     off, refusals, count = [], [], 2 * np.pi / 10_000
     for phase in np.arange(20) / 20:
         angle = count * np.floor(run.load_angle / count + phase)

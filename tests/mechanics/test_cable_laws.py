@@ -48,21 +48,6 @@ def test_equations_written_out_equal_the_conservative_form(name, steepest, measu
         assert error < 1e-12, f"{axis} of field {seed}: relative error {error:.2e}"
 
 
-@pytest.mark.parametrize(
-    "law", [cable_laws.ExactLaw(**TAUT), cable_laws.ConsistentWeakLaw(**TAUT), cable_laws.LinearLaw(**TAUT)]
-)
-def test_components_are_the_derivative_of_the_energy(law):
-    """A law with a potential: excess components are d(energy density)/d(gradient), by a complex step."""
-    rng = np.random.default_rng(3)
-    gradients = rng.uniform(-0.05, 0.05, (3, 200))
-    excess = law.excess_components(*gradients)
-    for axis in range(3):
-        stepped = gradients.astype(complex)
-        stepped[axis] += 1e-30j
-        slope = np.imag(law.energy_density(*stepped)) / 1e-30
-        np.testing.assert_allclose(slope, excess[axis], rtol=1e-12, atol=1e-12 * law.stiffness)
-
-
 def circulation(law, size):
     """Work of the components round a small square in the (u', v') plane, over its area."""
     u, v = 0.01, 0.02

@@ -175,7 +175,6 @@ def test_line_has_one_span_and_measured_stiffness_stands_before_that_of_the_cabl
 
 
 # --- Each warning comes where its bound is crossed, and not on the other side of it
-RIG = load_drive("dissertation-3")
 QUIET = replace(  # the rig with what the warnings complain of put right
     RIG, lumped=None, motor=replace(RIG.motor, torque_limit=0.5, rotor_inertia=None, backlash=0.0)
 )

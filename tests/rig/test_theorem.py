@@ -99,23 +99,16 @@ TWO = Motion(pulses=2, order=11)
 SEED_OF_LEARNING = 18_020
 
 
-def checked(name, plant, hertz=35.0, motion=TWO):
-    spec = DesignSpec(DRIVE, motion, bandwidth=hertz)
-    loop = close_loop(
-        DesignSpec(DRIVE, motion, options=RigOptions(), plant=plant),
-        CONTROLLERS[name](spec),
-        np.random.default_rng(5),
-    )
-    done = run(loop)
-    return loop, done, check_theorem(loop, done.log)
-
-
 @pytest.mark.parametrize("name", [LOAD_LEARNING, CHANGING])
 def test_parts_of_the_error_add_up_to_it_and_the_bound_holds_them(name, measured):
     """Friction and more inertia at the load: what the recursion says of the error is the error."""
     plant = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.015"])
     load = replace(plant.pulley[1], inertia=1.2 * plant.pulley[1].inertia)
-    loop, done, found = checked(name, replace(plant, pulley=(plant.pulley[0], load)))
+    plant, made = replace(plant, pulley=(plant.pulley[0], load)), DesignSpec(DRIVE, TWO, bandwidth=35.0)
+    spec = DesignSpec(DRIVE, TWO, options=RigOptions(), plant=plant)
+    loop = close_loop(spec, CONTROLLERS[name](made), np.random.default_rng(5))
+    done = run(loop)
+    found = check_theorem(loop, done.log)
     error = done.log[:, 2] - loop.target
     assert np.all(np.abs(error) <= found.sources + 1e-6)
     later = loop.rig.first_end
