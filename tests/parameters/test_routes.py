@@ -13,6 +13,7 @@ import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.parameters.drive_file import drive_from_text, drive_text, packaged_text
+from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import followers, moved, posed
 from command import refused
 from network_samples import routed
@@ -27,6 +28,19 @@ def load(name, *overrides):
 
 def text_of(name):
     return (ROUTES / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def test_a_route_may_state_a_damping_of_zero_beside_that_of_the_cable(tmp_path):
+    """In a file as read, overridden, varied and written again."""
+    stated = ("route.belt a.transverse_damping=0", "route.belt b.axial_damping=0")
+    drive = cd.load_drive("corexy", overrides=stated)
+    varied = varied_together(cd.load_drive("corexy"), {own.removesuffix("=0"): 0.0 for own in stated})
+    cd.save_drive(drive, tmp_path / "damped.toml")
+    for own in (drive, varied, cd.load_drive(tmp_path / "damped.toml")):
+        assert [(rope.transverse_damping, rope.axial_damping) for rope in own.ropes] == [
+            (0.0, 1.0),
+            (10.0, 0.0),
+        ]
 
 
 @pytest.mark.parametrize("name", NAMES)

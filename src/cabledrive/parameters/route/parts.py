@@ -163,6 +163,9 @@ class Route(Rope):
     ropes: int = quantity("count", "positive", "parallel ropes, all alike", 1)
     speed: float = quantity("m/s", "finite", "speed of the cable along its path", 0.0)
     crossed: bool = choice((False, True), "whether its own spans may cross", False)
+    # 0 is a value of its own beside that of [cable]
+    transverse_damping: float | None = quantity("1/s", "nonnegative", "transverse damping Gamma", None)  # type: ignore[assignment]
+    axial_damping: float | None = quantity("N s", "nonnegative", "Kelvin-Voigt damping", None)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         Rope.__post_init__(self)
@@ -175,8 +178,8 @@ class Route(Rope):
 
 def rope_of(common: Rope | None, route: Route) -> Rope:
     """The rope of a route: its own keys, else those of ``[cable]``; refused without rigidity or mass."""
-    fields = dataclasses.fields(Rope)
-    own = {one.name: getattr(route, one.name) for one in fields if getattr(route, one.name) != one.default}
+    stated = {one.name: getattr(route, one.name) for one in dataclasses.fields(Rope)}
+    own = {name: value for name, value in stated.items() if value not in (None, "")}
     if any(name in own for name in (*RIGIDITY, "given_rigidity")) and common is not None:
         # A rigidity of its own stands instead of modulus and area, and the other way round.
         clash = ("youngs_modulus", "area") if "given_rigidity" in own else ("given_rigidity",)
