@@ -52,19 +52,14 @@ pulleys, motors, sensors, lumped = (table(kind) for kind in (Pulley, Motor, Sens
 
 
 @st.composite
-def layouts(draw):
-    """A span between 1 mm and 10 km, given by one of its two lengths."""
-    key = draw(st.sampled_from(["span_length", "pulley_distance"]))
-    length = draw(st.floats(1e-3, 1e4))
-    return Layout(
-        **{key: length}, gravity=draw(st.floats(0.0, 100.0)), inclination=draw(st.floats(-1.57, 1.57))
-    )
-
-
-@st.composite
 def drives(draw, most_carriages=4):
-    """Any drive: loop or line, with or without motor, joint, carriages, sensors."""
-    cable, layout = draw(cables), draw(layouts())
+    """Any drive: loop or line, with or without motor, joint, carriages, sensors.
+
+    A span between 1 mm and 10 km, given by one of its two lengths.
+    """
+    given = {draw(st.sampled_from(["span_length", "pulley_distance"])): draw(st.floats(1e-3, 1e4))}
+    slope = {"gravity": draw(st.floats(0.0, 100.0)), "inclination": draw(st.floats(-1.57, 1.57))}
+    cable, layout = draw(cables), Layout(**given, **slope)
     kind = draw(st.sampled_from(["loop", "line"]))
     motor = draw(maybe(motors))
     length = layout.span_length or layout.pulley_distance / (1.0 + cable.prestrain)

@@ -114,20 +114,15 @@ def test_intervals_of_the_fit_cover_as_they_say():
     assert 0.89 < np.mean(inside) < 0.995, f"observed {np.mean(inside):.3f}"
 
 
-def lumped(model):
-    stiff = dict(TRUE)
-    total = sum(TRUE[f"{n}_inertia"] for n in ("motor", "drive", "load"))
-    return {
-        1: {"inertia": total, "viscous_friction": TRUE["viscous_friction"]},
-        2: stiff | {"load_inertia": TRUE["drive_inertia"] + TRUE["load_inertia"]},
-        3: stiff | {"drive_inertia": TRUE["motor_inertia"] + TRUE["drive_inertia"]},
-        4: stiff,
-    }[model]
-
-
 @pytest.mark.parametrize("model", [1, 2, 3, 4])
 def test_the_model_that_made_the_response_is_chosen(model, measured):
-    chain = response_models.chain_for(model, lumped(model), RADIUS)
+    values = {
+        1: {"inertia": sum(INERTIAS.values()), "viscous_friction": TRUE["viscous_friction"]},
+        2: TRUE | {"load_inertia": TRUE["drive_inertia"] + TRUE["load_inertia"]},
+        3: TRUE | {"drive_inertia": TRUE["motor_inertia"] + TRUE["drive_inertia"]},
+        4: TRUE,
+    }[model]
+    chain = response_models.chain_for(model, values, RADIUS)
     u, y = periodic(8, 0.3, model, response=lambda f: speed_response(chain, 2 * np.pi * f))
     response = by_periods(u, y)
     choice = response_models.choose_model(response, ROUGH | INERTIAS, radius=RADIUS, inertias_known=True)

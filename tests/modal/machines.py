@@ -134,11 +134,6 @@ def below(chain, omega):
     return spectrum.count(omega) + spectrum.rigid_body_modes
 
 
-def chain_modes(chain, top):
-    """Modes of a chain below a frequency [rad/s]."""
-    return Spectrum(network_of_chain(own_chain(chain))).below(top)
-
-
 def by_multiplicity(modes):
     """Frequencies of a list of modes [Hz], each by its multiplicity."""
     return np.repeat([mode.frequency for mode in modes], [mode.multiplicity for mode in modes])

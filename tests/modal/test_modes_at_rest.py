@@ -24,21 +24,16 @@ from oracles import hanging_machine
 G = 9.81
 
 
-def line(length, density, tension, rigidity, inclination=0.0):
-    """A rope between held ends."""
-    return Drive(
-        name="line",
-        kind="line",
-        cable=Cable(given_rigidity=rigidity, mass_per_length=density, pretension=tension),
-        layout=Layout(span_length=length, gravity=G, inclination=inclination),
-        pulley=(Pulley(radius=0.1, inertia=0.01, fixed=True),) * 2,
-    )
-
-
 def test_hanging_rope_has_the_waves_of_bessel(measured):
     """80 m of 0.22 kg/m with 300 N below: 0.26008, 0.52041, 0.78068 Hz, the roots of J0 Y0 - J0 Y0."""
-    mean = 300.0 + 0.22 * G * 40.0
-    listed = cd.modes(line(80.0, 0.22, mean, 1e13, radians(-90)), count=12)
+    rope = Drive(
+        name="rope between held ends",
+        kind="line",
+        cable=Cable(given_rigidity=1e13, mass_per_length=0.22, pretension=300.0 + 0.22 * G * 40.0),
+        layout=Layout(span_length=80.0, gravity=G, inclination=radians(-90)),
+        pulley=(Pulley(radius=0.1, inertia=0.01, fixed=True),) * 2,
+    )
+    listed = cd.modes(rope, count=12)
     found = np.array([mode.frequency for mode in listed.transverse if mode.plane == "w"][:3])
     ends = [2 * sqrt(tension / 0.22) / G for tension in (300.0, 300.0 + 0.22 * G * 80.0)]
 

@@ -94,7 +94,16 @@ def test_continuation_finds_the_fold_of_the_closed_form(kind, measured):
 
 def test_continuation_finds_the_hopf_point_of_the_closed_form(measured):
     c = settings(0.83, 4.12, 2.83, -4.86, 1e-3, cubic=False)
-    force = hopf_torque_force(c)
+    # Size of f at which one span's steady state gives way to permanent beats, Eq. (A.28).
+    gamma, detuning = c.transverse_damping[0], c.transverse_detuning[0]
+    damping, delta = c.damping, c.detuning
+    size = damping**2 + 4 * delta**2
+    opposed = -(8 * detuning * delta + 4 * delta**2 + damping * (damping + 2 * gamma))
+    b = gamma * damping * size * (size + 4 * gamma * (gamma + damping))
+    b /= 4 * (gamma + damping) ** 2 * opposed
+    first = 0.5 * b + 0.25 * damping * gamma - delta * detuning
+    second = 0.5 * (damping * detuning + delta * gamma)
+    force = float(np.hypot(first, second) / abs(c.pump[0]))
     branch = followed(c, 1.6 * force, step=-0.05)
     hopf = [point for point in branch.special if point.kind == "hopf"]
     measured(f"Hopf point: force within {abs(hopf[0].parameter / force - 1.0):.1e} of the closed form")
@@ -256,16 +265,3 @@ def test_averaged_equations_swap_in_the_closed_period():
             np.testing.assert_allclose(np.abs(state), [0, b, a], atol=1e-9)
     np.testing.assert_allclose(np.abs(state), [0, a, b], atol=1e-9)
     assert most == pytest.approx(largest_exchange(model, a, b), rel=1e-5)
-
-
-def hopf_torque_force(c):
-    """Size of f at which one span's steady state gives way to permanent beats, Eq. (A.28)."""
-    gamma, detuning = c.transverse_damping[0], c.transverse_detuning[0]
-    damping, delta = c.damping, c.detuning
-    size = damping**2 + 4 * delta**2
-    opposed = -(8 * detuning * delta + 4 * delta**2 + damping * (damping + 2 * gamma))
-    b = gamma * damping * size * (size + 4 * gamma * (gamma + damping))
-    b /= 4 * (gamma + damping) ** 2 * opposed
-    first = 0.5 * b + 0.25 * damping * gamma - delta * detuning
-    second = 0.5 * (damping * detuning + delta * gamma)
-    return float(np.hypot(first, second) / abs(c.pump[0]))

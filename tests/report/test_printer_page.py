@@ -1,7 +1,7 @@
 """A printer's page: files by their names, peaks of known modes, belts compared; figures of every page."""
 
 import re
-from functools import cache
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -114,20 +114,10 @@ def test_the_command_writes_the_page_and_lines_of_both_axes(folder, monkeypatch)
 
 
 # --- Somebody's own log becomes a page with its numbers and its data check
-@pytest.fixture(scope="module")
-def log():
-    from dataclasses import replace
-
+def test_the_page_is_sound_and_says_what_was_found(tmp_path):
     test, rng = replace(BENCH_TESTS[1], duration=12.0), np.random.default_rng(5)
-    return run_rig(bench_rig(test, Imperfections(torque_noise=0.002)), bench_command(test, rng), rng)
-
-
-@pytest.fixture(scope="module")
-def found(log):
-    return axis_of([log], AxisOptions()).regressed()
-
-
-def test_the_page_is_sound_and_says_what_was_found(log, found, tmp_path):
+    log = run_rig(bench_rig(test, Imperfections(torque_noise=0.002)), bench_command(test, rng), rng)
+    found = axis_of([log], AxisOptions()).regressed()
     (tmp_path / "a.csv").write_text("x")
     path = write_log_report(log, found, tmp_path / "a.html", files=[tmp_path / "a.csv"], written_at=TIME)
     page = Reader(path.read_text(encoding="utf-8"))
@@ -165,13 +155,6 @@ def test_a_mode_of_two_belts_is_drawn_along_each_span_in_order():
 DRIVE = cd.load_drive("dissertation-2")
 
 
-@cache
-def run():
-    plucks = (Pluck(height=2e-3), Pluck(height=1e-3, span="lower"), Pluck(height=1e-3, plane="v"))
-    recording = Recording(rate=10_000.0, fields=20)
-    return simulate(DRIVE, 0.05, start=Start(plucks=plucks), scheme=Scheme(segments=20), recording=recording)
-
-
 def test_the_spectrum_marks_the_certified_modes():
     marks = run_histories.spectrum_marks(DRIVE)
     longitudinal = [frequency for frequency, kind in marks if kind == "longitudinal"]
@@ -181,8 +164,10 @@ def test_the_spectrum_marks_the_certified_modes():
     orders = np.rint(np.array(transverse) / transverse[0])
     assert set(orders) == {1, 2, 3, 4}
     np.testing.assert_allclose(transverse, transverse[0] * orders, rtol=2e-5)
-    axes = Figure().add_subplot()
-    run_histories.draw_spectrum(axes, run(), marks)
+    start, axes = Start(plucks=(Pluck(height=2e-3),)), Figure().add_subplot()
+    recording = Recording(rate=10_000.0)
+    run = simulate(DRIVE, 0.05, start=start, scheme=Scheme(segments=20), recording=recording)
+    run_histories.draw_spectrum(axes, run, marks)
     assert sorted(line.get_xdata()[0] for line in axes.lines[1:]) == [frequency for frequency, _ in marks]
 
 

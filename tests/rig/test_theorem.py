@@ -156,12 +156,18 @@ def adversarial_runs(runs, seed, spec=None):
 
 
 def adversarial_spec(rng):
-    """A drive, and what `track` is asked to do with it."""
+    """A drive, and what `track` is asked to do with it.
+
+    A pulse of 0.1 to 180 deg in up to thirty times the shortest rise that torque and speed allow.
+    """
     drive = drawn_drive(rng)
     laws = LAWS[highest_model(drive)]
     law = str(rng.choice(list(laws), p=list(laws.values())))
     order = None if rng.random() < 0.9 else int(rng.choice([5, 7, 9, 13]))
-    motion = drawn_motion(drive, rng, order)
+    angle = spread(rng, 0.1, 180.0)
+    least, _ = shortest_rise(move_limits(drive), angle * DEGREE, order or 11)
+    rise = float(np.clip(least * spread(rng, 1.05, 30.0), 0.02, LONGEST))
+    motion = Motion(angle=angle, rise=rise, dwell=spread(rng, 0.02, 0.3), order=order)
     bandwidth = None if rng.random() < 0.02 else spread(rng, 5.0, 80.0)
     choices = {
         "controller": law,
@@ -208,14 +214,6 @@ def drawn_drive(rng):
     rate = float(rng.choice([1_000.0, 2_000.0, 5_000.0, 10_000.0], p=[0.1, 0.3, 0.5, 0.1]))
     sensors = replace(drive.sensors, delay=delay, sample_rate=rate)
     return replace(drive, motor=motor, lumped=lumped, sensors=sensors)
-
-
-def drawn_motion(drive, rng, order):
-    """A pulse of 0.1 to 180 deg in up to thirty times the shortest rise that torque and speed allow."""
-    angle = spread(rng, 0.1, 180.0)
-    least, _ = shortest_rise(move_limits(drive), angle * DEGREE, order or 11)
-    rise = float(np.clip(least * spread(rng, 1.05, 30.0), 0.02, LONGEST))
-    return Motion(angle=angle, rise=rise, dwell=spread(rng, 0.02, 0.3), order=order)
 
 
 def drawn_options(drive, motion, rng):

@@ -59,42 +59,6 @@ def none():
     return accepted(1.0)
 
 
-def tried(runs):
-    """The law of these runs, as a study holds it."""
-    cable = replace(runs, plant="cable", draws=0, peaks=(), reason="not requested")
-    return TriedLaws(scores=(runs,), cable_scores=(), chosen=LAW, runs=runs, cable=cable)
-
-
-def judged(runs):
-    """The verdict, were these the runs."""
-    laws = tried(runs)
-    return judge(
-        Findings(
-            goals=ASKED,
-            check=SimpleNamespace(missing=(), logs=()),
-            knowledge=know(WRIST, [], SPREADS),
-            demand=SimpleNamespace(exceeded=(), demands=()),
-            resonance=SimpleNamespace(refuses=False, alarm="", verdict="", slack=False),
-            controller=DESIGN,
-            laws=laws,
-        )
-    )
-
-
-def pictures(runs):
-    laws = tried(runs)
-    result = SimpleNamespace(
-        controller=DESIGN,
-        carried=False,
-        laws=laws,
-        goals=ASKED,
-        runs=runs,
-        cable=laws.cable,
-        knowledge=know(WRIST, [], SPREADS),
-    )
-    return acceptance_chapter(result).blocks
-
-
 def test_errors_are_those_of_the_runs_that_lasted(some):
     """Slack comes before the largest error: an early end would pass as a small error."""
     whole = accepted(30.0)
@@ -108,12 +72,22 @@ def test_where_no_run_lasts_there_is_no_number_and_no_picture_and_the_answer_is_
     assert none.failed == none.draws == 12
     assert none.peaks == ()
     assert none.worst is none.largest_torque is none.quantile(0.5) is None
-    verdict = judged(none)
+    cable = replace(none, plant="cable", draws=0, peaks=(), reason="not requested")
+    laws = TriedLaws(scores=(none,), cable_scores=(), chosen=LAW, runs=none, cable=cable)
+    known = {"goals": ASKED, "laws": laws, "controller": DESIGN, "knowledge": know(WRIST, [], SPREADS)}
+    verdict = judge(
+        Findings(
+            **known,
+            check=SimpleNamespace(missing=(), logs=()),
+            demand=SimpleNamespace(exceeded=(), demands=()),
+            resonance=SimpleNamespace(refuses=False, alarm="", verdict="", slack=False),
+        )
+    )
     assert verdict.answer == "unknown", verdict
     assert verdict.reasons[-1] == "12 of 12 runs on lumped plants ended early: unstable or slack"
     assert "raise cable.pretension" in verdict.remedies[0], "no encoder mends a slack span"
     assert not any(margin.name.startswith("error") for margin in verdict.margins)
-    blocks = pictures(none)
+    blocks = acceptance_chapter(SimpleNamespace(**known, carried=False, runs=none, cable=cable)).blocks
     assert not [block for block in blocks if isinstance(block, Figure)]
     assert any("All 12 runs on lumped plants ended early" in str(getattr(b, "note", "")) for b in blocks)
 
