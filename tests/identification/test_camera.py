@@ -45,23 +45,6 @@ def clip():
     return film(7, (18.0, 6.0, 2.5))
 
 
-def frequencies_of(rows):
-    """The tones of a track [Hz], found near those that were filmed; its gaps are bridged."""
-    frames = np.arange(rows.size)
-    seen = np.isfinite(rows)
-    whole = np.interp(frames, frames[seen], rows[seen])
-    tones = np.arange(len(TONES))
-    start = Tones(
-        family=tones,
-        tooth=np.array(TONES),
-        number=tones + 1,
-        scale=np.ones(tones.size),
-        decay=np.ones(tones.size),
-        rise=np.zeros(tones.size),
-    )
-    return fit_tones(whole, 1 / RATE, start, 2).tones.frequency
-
-
 SIZES = [(18.0, 6.0, 2.5), (8.0, 3.0, 1.0), (1.5, 0.6, 0.2)]
 """Amplitudes of the films [pixel]."""
 
@@ -81,7 +64,12 @@ def test_tracks_of_ten_films_each(seed, amplitudes, measured):
     rows = track_marker(clip_of(frames, RATE)).rows[:, 0]
     error = rows - exact
     rms = np.sqrt(np.nanmean(error**2))
-    off = frequencies_of(rows) - TONES
+    # the tones found near those that were filmed, gaps of the track bridged
+    number, tones, seen = np.arange(rows.size), np.arange(len(TONES)), np.isfinite(rows)
+    whole = np.interp(number, number[seen], rows[seen])
+    sizes = {"scale": np.ones(tones.size), "decay": np.ones(tones.size), "rise": np.zeros(tones.size)}
+    start = Tones(family=tones, tooth=np.array(TONES), number=tones + 1, **sizes)
+    off = fit_tones(whole, 1 / RATE, start, 2).tones.frequency - TONES
     measured(f"{rms:.3f} pixel rms; frequencies off by {', '.join(f'{one:+.3f}' for one in off)} Hz")
     assert rms <= 0.05, rms
     assert np.isnan(error).sum() <= 5

@@ -263,7 +263,11 @@ def test_the_third_record_is_not_predicted_and_the_residual_shows_that_the_model
 
 def linear_errors(records, belt, order, signed):
     """RMSE on the last samples of one linear model for both records, the best of four random starts."""
-    signs = [np.sign(np.diff(turning(belt, r), prepend=0.0)) if signed else 1.0 for r in records]
+    # the angle of the pulley rises with the sign of its speed
+    plain = replace(BELT, free=BELT.free[:7], rectified=False)
+    values = {s.name: belt.values[s.name] for s in plain.free}
+    turned = [np.cumsum(plain.outputs(values, record)[:, 0]) for record in records]
+    signs = [np.sign(np.diff(angle, prepend=0.0)) if signed else 1.0 for angle in turned]
     targets = [r.output[:, 0] * s for r, s in zip(records, signs, strict=True)]
     inputs = [np.concatenate([[0.0], r.input[:-1]]) for r in records]
     best = None
@@ -280,13 +284,6 @@ def linear_errors(records, belt, order, signed):
     shown = [run(best.x, u, order) for u in inputs]
     shown = [np.abs(y) for y in shown] if signed else shown
     return [rms_of(r.output[TRAINING:, 0], y[TRAINING:]) for r, y in zip(records, shown, strict=True)]
-
-
-def turning(belt, record):
-    """Angle of the pulley, whose rise has the sign of its speed."""
-    plain = replace(BELT, free=BELT.free[:7], rectified=False)
-    values = {s.name: belt.values[s.name] for s in plain.free}
-    return np.cumsum(plain.outputs(values, record)[:, 0])
 
 
 def run(parameters, u, order):

@@ -246,13 +246,9 @@ OPTIONS = {
 RECORDING = Recording(rate=2000.0, fields=5, probes=(("lower", 0.3), ("upper", 0.9)))
 
 
-def example(**options):
-    return simulate(DRIVE, 0.05, **{**OPTIONS, "recording": RECORDING, **options})
-
-
 def test_a_file_holds_the_dataset_with_units_for_everything(tmp_path):
     path = tmp_path / "run.nc"
-    result = example(output=path)
+    result = simulate(DRIVE, 0.05, **OPTIONS | {"recording": RECORDING, "output": path})
     with xarray.open_dataset(path, engine="h5netcdf") as stored:
         xarray.testing.assert_identical(stored.drop_attrs(), result.dataset.drop_attrs())
         assert dict(stored.attrs) == result.dataset.attrs

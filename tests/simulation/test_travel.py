@@ -35,17 +35,12 @@ anchor = [{ name = "hook", on = "load", at = ["0.25 m", "-30 m"] }]
 route = [{ name = "rope", path = ["-drum", "hook"] }]
 motor = { pulley = "drum", inertia = "0.5 kg m^2" }
 """
-TACKLE = """
-cable = { axial_rigidity = "1 MN", mass_per_length = "0.5 kg/m" }
-body = [{ name = "load", at = ["0.35 m", "-30 m"], moves = "y", mass = "50 kg" }]
-pulley = [
-    { name = "drum", at = ["0 m", "0 m"], radius = "0.25 m", inertia = "2 kg m^2" },
-    { name = "block", on = "load", at = ["0.35 m", "-30 m"], radius = "0.1 m", inertia = "0.02 kg m^2" },
-]
-anchor = [{ name = "beam", at = ["0.45 m", "0 m"] }]
-route = [{ name = "rope", path = ["-drum", "+block", "beam"] }]
-motor = { pulley = "drum", inertia = "0.5 kg m^2" }
-"""
+BLOCK = '{ name = "block", on = "load", at = ["0.35 m", "-30 m"], radius = "0.1 m", inertia = "0.02 kg m^2" }'
+TACKLE = HOIST.replace('"0.25 m", "-30 m"', '"0.35 m", "-30 m"').replace(
+    '"2 kg m^2" }', f'"2 kg m^2" }}, {BLOCK}'
+)
+TACKLE = TACKLE.replace('"hook", on = "load", at = ["0.35 m", "-30 m"]', '"beam", at = ["0.45 m", "0 m"]')
+TACKLE = TACKLE.replace('"hook"', '"+block", "beam"')
 DRUMS = """
 cable = { axial_rigidity = "1 MN", mass_per_length = "0.5 kg/m", pretension = "1 kN" }
 layout = { gravity = "0 m/s^2" }
