@@ -271,6 +271,8 @@ def test_a_torque_of_one_sample_before_is_a_note(log):
     found = identify(late(log, 1))
     assert found.findings == ()
     assert "the torque acts 1 ms earlier than its time stamp" in found.notes[0]
+    inertia = found.parameters["inertia"]  # the laws of the instant that explain it agree
+    assert inertia.high - inertia.low < 0.01 * inertia.value, inertia
 
 
 def test_an_instant_that_the_regression_cannot_tell_widens_what_it_would_move():
