@@ -190,6 +190,24 @@ def test_pings_of_other_machines_and_sections_give_their_tension(name, section):
     assert one.tension.value == pytest.approx(drive.cable.pretension, rel=0.01), one
 
 
+def test_both_spans_of_a_stiff_belt_are_read_from_one_recording():
+    """A guided carriage parts one of them: the shorter part is the stiffer one, with other ratios."""
+    base = cd.load_drive("printer-belt")
+    length = base.pulley_distance
+    cable = replace(base.cable, bending_stiffness=5e-4 * base.cable.pretension * length**2)
+    drive = replace(base, carriage=(cd.Carriage(mass=0.1, position=0.37 * length),), cable=cable)
+    found = cd.modes(drive, below=1500.0).transverse
+    parts = [[m for m in found if m.span == span and m.plane == "v"] for span in drive.spans]
+    tones = [m.frequency for part in parts for m in part if m.section[0] == 0.0][:3]
+    tones += [m.frequency for m in parts[1]][:3]
+    time, rng = np.arange(32000) / 16e3, np.random.default_rng(0)
+    swing = sum(np.cos(2 * np.pi * f * time + i) / (i % 3 + 1) ** 2 for i, f in enumerate(tones))
+    swing = np.exp(-5.0 * time) * swing + 0.02 * rng.normal(size=time.size)
+    log = log_of(time, {"position": swing}, {"position": "m"})
+    for one in tension_of_both(log, drive, plucked="upper").spans.values():
+        assert one.tension.value == pytest.approx(base.cable.pretension, rel=2e-3), one
+
+
 def test_another_span_that_sounds_as_well_is_reported():
     """The lower span at 8 N, half as loud, beside the upper one at 7 N; alone it identifies nothing."""
     time, upper = rung(with_tension("dissertation-3", 7.0), 1, rate=4000.0)

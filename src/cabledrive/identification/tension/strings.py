@@ -185,18 +185,22 @@ def bare_tension(drive: Drive, hertz: float) -> float:
     return 4.0 * drive.cable.mass_per_length * (drive.span_length * hertz) ** 2
 
 
-def section_modes(drive: Drive, span: str, section: int) -> Array:
-    """First frequencies of a section of a span, `TEETH` or, of a stiff cable, fewer [Hz]."""
+def section_modes(drive: Drive, span: str, section: int, count: int = TEETH) -> Array:
+    """First frequencies of a section of a span, shape (count,) [Hz]."""
     chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == span]
     if not 0 <= section < len(chains):
         raise InputRefused(f"section {section}: the {span} span has {len(chains)}: count from 0")
-    strings = np.array(section_frequencies(chains[section], TEETH)) / (2 * pi)
+    strings = np.array(section_frequencies(chains[section], count)) / (2 * pi)
     if drive.cable.bending_stiffness is None:
         return strings
     part = (chains[section].stretches[0].start, chains[section].stretches[-1].end)
     even = replace(drive, layout=replace(drive.layout, gravity=0.0))
-    found = [own for own in modes(even, below=1.5 * strings[-1]).transverse if own.plane == "w"]
-    return np.array([own.frequency for own in found if own.span == span and own.section == part][:TEETH])
+    found, below = list[float](), float(strings[-1])
+    while len(found) < count:
+        below *= 1.5
+        across = [own for own in modes(even, below=below).transverse if own.plane == "w"]
+        found = [own.frequency for own in across if own.span == span and own.section == part]
+    return np.array(found[:count])
 
 
 def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) -> list[float]:
@@ -208,7 +212,7 @@ def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) ->
     for _ in range(60):
         before, values, cable = values, [], trial.cable
         for span, section, number, hertz in wanted:
-            ratio = hertz / float(section_modes(trial, span, section)[number - 1])
+            ratio = hertz / float(section_modes(trial, span, section, number)[-1])
             reduced = cable.pretension / (1.0 + cable.prestrain) * ratio**2
             if reduced >= rigidity:
                 raise NotComputed(f"no tension makes mode {number} of the {span} span {hertz:.5g} Hz")
