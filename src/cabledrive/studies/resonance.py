@@ -137,7 +137,7 @@ def resonance(
         reasons=(
             *((f"{regions.STATE_ONE}; the figures are those at {tau:.4g} N m",) if torque is None else ()),
             *_reasons(drive, model, at_tuning, instability, tau, tuned),
-            beside,
+            beside + (", without the load torque" if load_torque else ""),
             *(() if whole else (f"waves across of more than {MOST} half waves were not looked at",)),
         ),
         missing=missing,
