@@ -31,7 +31,7 @@ help:
 	@echo "make test     format, lint, types, import contract, tests, examples, kernels without the compiler"
 	@echo "make lint     the part of it that runs no test"
 	@echo "make check    the part of it that a change needs first: lint, types and the fast tests, two minutes"
-	@echo "make mutants  which of 200 changes to kernels and formulas the tests notice, into tests/mutants.md; an hour"
+	@echo "make mutants  which of 200 changes to kernels and formulas the tests notice, into tests/mutants.md; a quarter of an hour"
 	@echo "make verify   every test, the long statistical runs included, and the figures they measure"
 	@echo "make docs     the documentation, into build/docs; a warning is an error"
 	@echo "make bench    the figures of benchmarks/performance.md, measured on this machine"
