@@ -63,7 +63,8 @@ def drives(draw, most_carriages=4):
     kind = draw(st.sampled_from(["loop", "line"]))
     motor = draw(maybe(motors))
     length = layout.span_length or layout.pulley_distance / (1.0 + cable.prestrain)
-    places = draw(st.lists(st.floats(0.001, 0.999), max_size=most_carriages, unique=True))
+    shares = st.floats(0.001, 0.999)
+    places = draw(st.lists(shares, max_size=most_carriages, unique_by=lambda share: share * length))
     carriages = [
         Carriage(
             mass=draw(positive),
