@@ -21,12 +21,10 @@ def command(
     ),
 ) -> Answer:
     """Validate DRIVE; print derived quantities and warnings; with --motion the margins along it."""
-    from cabledrive.app.checked import checked
+    from cabledrive.app.checked import checked, with_margins
 
     answer = checked(drive)
     if motion_file is not None:
-        from cabledrive.app.checked import with_margins
-
         answer = with_margins(answer, drive, motion_file)
     if plot is not None:
         from cabledrive.report.machine_figure import machine_drawing
