@@ -15,14 +15,14 @@ from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
-from cabledrive.reduction.static_state import static_state, static_strain
+from cabledrive.reduction.static_state import free_stretches, static_state, static_strain
 from cabledrive.reduction.threshold import mode_thresholds
 from cabledrive.simulation import Pluck, Scheme, Start
+from cabledrive.studies import pair_thresholds as near_resonance
 from cabledrive.studies.alarm import alarm, growth_along
 from cabledrive.studies.motion_response import _tensions
-from cabledrive.studies.pair_thresholds import ONE_TO_TWO, coupled_pairs, waves_of
+from cabledrive.studies.pair_thresholds import waves_of
 from cabledrive.studies.planned_motion import PlannedMotion, read_motion
-from cabledrive.studies.route_pairs import route_resonance
 from cabledrive.studies.route_path import RoutePath
 from cabledrive.studies.route_snapshot import POINTS, Snapshot
 from cabledrive.trajectories import pulse
@@ -49,7 +49,7 @@ def test_a_loop_as_a_route_has_the_alarm_of_the_loop(share, number, measured):
     loop = damped_loop()
     loop = replace(loop, cable=replace(loop.cable, pretension=loop.cable.pretension / number**2))
     route = damped_route(loop)
-    pairs = route_resonance(route)
+    pairs = cd.resonance(route)
     time = np.linspace(0.0, 1.5, 15_001)
     torque = share * pairs.threshold_torque * np.sin(2.0 * np.pi * pairs.pulley_frequency * time)
     motion = PlannedMotion(time=time, torque=torque)
@@ -213,41 +213,43 @@ def test_a_place_that_the_machine_cannot_take_is_refused_in_one_line():
 
 
 # --- Pairs near internal resonance of machines with routes, against those of a loop
-UPPER, LOWER = (" to ".join(way) for way in ((DRIVE_PULLEY, LOAD_PULLEY), (LOAD_PULLEY, DRIVE_PULLEY)))
+UPPER = f"{DRIVE_PULLEY} to {LOAD_PULLEY}"
 
 
 @pytest.mark.parametrize("name", ["tuned", "linear-axis", "slack axis", "elevator", "ropeway"])
-def test_pairs_of_a_loop_as_a_route_are_pairs_of_the_loop_with_their_thresholds(name, measured):
-    """Of every longitudinal mode, carriages on rails or hanging; modes, shapes and losses share no code.
-
-    Of the first order in torque: the loop's 1:2 thresholds add the share of the third harmonic.
-    """
+def test_pairs_have_the_thresholds_of_a_loop_of_segments(name, measured):
+    """Of every longitudinal mode, carriages on rails or hanging; modes, shapes and losses share no code."""
     settings = ["cable.transverse_damping=2", "pulley.1.viscous_friction=1e-3"]
     if name == "slack axis":  # its second longitudinal mode meets waves across of 35 half waves
         name, settings = "linear-axis", [*settings, "cable.pretension=20 N"]
     loop = damped_loop() if name == "tuned" else cd.load_drive(name, overrides=settings)
-    loop, route = without_gravity(loop), damped_route(loop) if name == "tuned" else as_route(loop)
-    known, routed = cd.resonance(loop, torque=1.0), cd.resonance(route, torque=1.0)
-    sides, growing = {UPPER: "upper", LOWER: "lower"}, [p for p in routed.pairs if p.threshold_torque]
+    loop = without_gravity(loop)
+    known = cd.resonance(loop, torque=1.0)
+    growing = [p for p in known.pairs if p.threshold_torque]
+    state = static_state(loop, segments=600)
+    modes = longitudinal_modes(loop, state, 6.0 * pi * known.pulley_frequency)
+    numbers = [range(1, 41)] * len(free_stretches(loop, state))
+    model, parts = sagging_model(loop, state, modes, numbers)
     off = []
     for one in growing[:8]:  # lowest first
-        alike = [
-            other.threshold_torque
-            for other in known.pairs
-            if (other.kind, other.span) == (one.kind, sides[one.span])
-            and other.longitudinal_hz == pytest.approx(one.longitudinal_hz, rel=1e-3)
-            and sorted(other.transverse_hz) == pytest.approx(sorted(one.transverse_hz), rel=3e-3)
-            and other.threshold_torque is not None
-        ]
-        off.append(min((abs(own / one.threshold_torque - 1.0) for own in alike), default=np.inf))
+        k = int(np.abs(modes.natural - 2.0 * pi * one.longitudinal_hz).argmin())
+        r = next(
+            r for r, own in enumerate(parts) if own.span == one.span and np.allclose(own.ends, one.section)
+        )
+        a, b = (number - 1 for number in one.numbers)
+        found = np.array([modes.natural[k], *model.transverse[r, [a, b]]]) / (2.0 * pi)
+        np.testing.assert_allclose(found, [one.longitudinal_hz, *one.transverse_hz], rtol=3e-3)
+        w, mass, loss = (own[r, [a, b]] for own in (model.transverse, model.mass, model.loss))
+        needed = near_resonance._threshold(modes.natural[k], w, 0.5 * loss)
+        amplitude = needed * np.sqrt(np.prod(mass)) / abs(model.coupling[k, r, a, b])
+        torque = amplitude * modes.natural[k] * model.damping[k, k] / abs(model.torque_shape[k])
+        off.append(abs(torque / one.threshold_torque - 1.0))
     measured(f"{name}: thresholds apart by {100.0 * max(off):.2g} % at most")
     assert max(off) < 0.03
     assert len({one.longitudinal_hz for one in growing}) > (name != "tuned")
-    lowest = min(one.threshold_torque for one in growing)
-    # of the slack one more than forty half waves could be in reach
-    assert coupled_pairs(loop, 2.0 * pi * known.pulley_frequency)[1] == (loop.cable.pretension != 20.0)
     if name == "elevator":  # of its second longitudinal mode, far below that of the pulley mode
-        verdicts = [cd.resonance(one, torque=1.1 * lowest).verdict for one in (loop, route)]
+        lowest = min(one.threshold_torque for one in growing)
+        verdicts = [cd.resonance(one, torque=1.1 * lowest).verdict for one in (loop, as_route(loop))]
         assert verdicts == ["resonant", "resonant"]
 
 
@@ -309,7 +311,7 @@ speed = "car.y=0.2m/s:1m/s"
 @pytest.mark.parametrize(("number", "verdict"), [(1, "safe"), (6, "resonant")])
 def test_an_order_excites_the_pairs_whose_frequency_it_reaches(number, verdict):
     """At 1 m/s of the car, 2 m/s of the rope, the sheave of 0.16 m turns 1.989 times a second."""
-    found = route_resonance(drive_from_text(LIFT.replace("NUMBER", str(number))))
+    found = cd.resonance(drive_from_text(LIFT.replace("NUMBER", str(number))))
     assert found.verdict == verdict
     excited = [pair.longitudinal_hz for pair in found.pairs if pair.threshold_torque is not None]
     assert any(hertz <= number * 2.0 / (2 * pi * 0.16) for hertz in excited) == (verdict == "resonant")
@@ -318,7 +320,7 @@ def test_an_order_excites_the_pairs_whose_frequency_it_reaches(number, verdict):
 
 def test_orders_without_a_ripple_have_no_amplitude_to_judge():
     text = LIFT.replace("NUMBER", "6").replace("torque_ripple = 0.5\n", "")
-    assert route_resonance(drive_from_text(text)).verdict == "unknown"
+    assert cd.resonance(drive_from_text(text)).verdict == "unknown"
 
 
 # --- Thresholds of pairs: the 1:2 formula of the averaged equations, the sum type by Floquet's theorem
@@ -328,12 +330,8 @@ def test_one_to_two_pairs_have_the_thresholds_of_the_averaged_equations(pretensi
     drive = replace(drive, cable=replace(drive.cable, pretension=pretension))
     model = autoparametric_model(drive, number=number, at_rest=True)
     expected = mode_thresholds(model)[0]
-    pairs = [p for p in coupled_pairs(drive, model.natural)[0] if p.kind == ONE_TO_TWO and p.span == "upper"]
-    found = next(
-        p
-        for p in pairs
-        if p.numbers[0] == number and abs(p.longitudinal_hz * 2 * pi / model.natural - 1) < 1e-9
-    )
+    pairs = [p for p in cd.resonance(drive, torque=1.0).pairs if p.tuning and p.span == "upper"]
+    found = next(p for p in pairs if p.numbers == (number, number))
     assert found.threshold_torque == pytest.approx(expected, rel=2e-3), found
 
 
@@ -464,7 +462,7 @@ def test_two_ropes_side_by_side_have_the_threshold_of_one_of_twice_the_section()
     thin = replace(thin, axial_damping=cable.axial_damping / 2)
     two = replace(one, cable=thin, route=tuple(replace(route, ropes=2) for route in one.route))
     found = [
-        sorted(p.threshold_torque for p in route_resonance(m).pairs if p.threshold_torque) for m in (one, two)
+        sorted(p.threshold_torque for p in cd.resonance(m).pairs if p.threshold_torque) for m in (one, two)
     ]
     assert found[0]
     np.testing.assert_allclose(found[1][: len(found[0])], found[0], rtol=1e-6)

@@ -15,7 +15,7 @@ from cabledrive.parameters.route import Machine
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import required_detuning
 from cabledrive.report.blocks import listed, table_text
-from cabledrive.report.machine.tables import ENDS, NEAR, PAIR, PLANE, ROUTE_PAIR, pairs_table, several
+from cabledrive.report.machine.tables import ENDS, NEAR, PLANE, pairs_table, several
 from cabledrive.studies.alarm import AlarmResult
 from cabledrive.studies.resonance import Remedy, sensitivity
 from cabledrive.studies.resonance_detuning import (
@@ -69,17 +69,17 @@ SUMMARY = Keys(
     "* verdict reasons motor warnings=left_out nearest_span certified",
     {
         "nearest_span": "the ratio is that of an empty span",
-        "certified": "pairs of a loop or a line are those of the sagging cable, whose modes are not counted",
+        "certified": "pairs of modes were not looked for",
     },
     of=ResonanceSummary,
 )
-OWN = Keys("number: transverse_frequency_hz? frequency_ratio? tuned_pretension?", also=(NEAR, PAIR))
+OWN = Keys("number: transverse_frequency_hz? frequency_ratio? tuned_pretension?", also=(NEAR,))
 RESONANCE = Keys(
     "number: load_torque? rows: pairs remedies? branches? object: motion? instability_region? "
     "map: sensitivity? tuned_pretension_under_load?",
     {"tuned_pretension_under_load": "no pretension in reach tunes it"},
     parts={
-        "pairs": (OWN, Keys("", also=(NEAR, ROUTE_PAIR))),
+        "pairs": OWN,
         "remedies": REMEDY,
         "branches": BRANCH,
         "instability_region": Keys(

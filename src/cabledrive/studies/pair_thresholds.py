@@ -1,31 +1,32 @@
-r"""Longitudinal modes and the transverse ones they excite: thresholds, slopes, losses.
+r"""Pairs near internal resonance of any machine: longitudinal modes and the transverse ones they can excite.
 
-With q of frequency W and amplitude Q, transverse modes a and b of one stretch grow where
+A longitudinal mode q of unit modal mass strains its spans by :math:`u_x`. It changes the tension that holds
+transverse modes a and b of unit modal mass, and with amplitude Q at frequency W they grow where
 
-.. math:: \mu^2 > \tfrac14\Gamma_a\Gamma_b\Big[1 + \frac{4\delta^2}{(\Gamma_a + \Gamma_b)^2}\Big], \qquad
-          \mu = \frac{|G_{ab}| Q}{4\sqrt{m_a m_b w_a w_b}}, \quad \delta = W - w_a - w_b,
-          \qquad \text{Eq. (A.33)}
+.. math:: g_{ab} = \sum EA \int u_x\,\varphi_a'\,\varphi_b'\,\mathrm{d}x, \qquad
+          \mu^2 > \delta_a\delta_b\Big[1 + \frac{(W - w_a - w_b)^2}{(\delta_a + \delta_b)^2}\Big], \qquad
+          \mu = \frac{|g_{ab}| Q}{4\sqrt{w_a w_b}}, \qquad \text{Eq. (N.11)}
 
-and a = b is the 1:2 resonance. There the third harmonic's share is added, as in (A.22).
+with the decay rates :math:`\delta = \Gamma/2`, as in Eq. (A.33); a = b is the 1:2 resonance. There the third
+harmonic's share is added, as in (A.22). A torque of amplitude M at the motor's pulley, where the mode turns
+by :math:`\theta`, gives :math:`Q = M\theta/(W c)` with modal damping c.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from math import inf, isfinite, pi, sqrt
-from typing import Any, NamedTuple
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import inf, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.modal import Mode
-from cabledrive.modal.tuning import Pair, resonant_pairs
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.modal.tuning import Pair
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
-from cabledrive.reduction.static_state import FreeStretch, TransverseShapes, free_stretches, static_state
-from cabledrive.reduction.stretches import StretchModel
 from cabledrive.reduction.threshold import with_third_harmonic
 
 ONE_TO_TWO, SUM = "1:2", "sum"
@@ -34,18 +35,19 @@ HIGHEST = 3.0
 """Longitudinal modes are looked at up to so many times the pulley mode's frequency."""
 
 NEAR, NEAR_SUM = 0.1, 0.05
-"""Largest detuning, over the longitudinal frequency, at which other pairs than the pulley mode's 1:2 are
+"""Largest detuning, over the longitudinal frequency, at which other pairs than those with a tuning are
 listed."""
 
 WEAKEST = 1e-2
 """Least coupling of two modes, over that of each with itself, at which a sum pair is listed."""
 
-FEWEST, MOST, LISTED = 3, 40, 0.6
-"""Transverse modes of a stretch; share of the pulley mode up to which all its 1:2 pairs are listed."""
-_SEGMENTS, FINER = 240, 15
-"""Segments of a span at least, and of each of its transverse modes: frequencies err by less than 1e-5."""
-STILL = "the torque of the motor does not excite this longitudinal mode"
+STILL = "the first motor does not turn in this longitudinal mode"
 TOO_FAR = "no torque at the longitudinal frequency makes it grow: too far from resonance, or not stretched"
+BOTH = "both"
+_SAME = 1e-6
+"""Relative difference up to which frequencies, and the pairs of both planes, are alike."""
+_TURNING = 1e-9
+"""Turn of the motor, over the largest in a longitudinal mode, from which its torque excites one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,26 +56,25 @@ class NearPair:
 
     kind: str  # {"1:2", "sum"}
     longitudinal_hz: float  # [Hz]
+    family: str  # what mainly moves in the longitudinal mode
     span: str  # with most of the coupling; of a loop {"upper", "lower"}
+    section: tuple[float, float]  # unstretched ends of what moves of it in the first transverse mode [m]
+    plane: str  # {"v", "w", "both"}
+    numbers: tuple[int, int]  # of the transverse modes, of those of a section; twice the same for 1:2
     transverse_hz: tuple[float, float]  # at rest [Hz]; twice the same for 1:2
     detuning_hz: float  # longitudinal frequency minus the sum of the transverse ones [Hz]
-    # amplitude of the torque at the (first) motor and the longitudinal frequency above which they grow [N m]
+    coupling: float  # :math:`g_{ab}` [1/(m s^2 sqrt(kg))]
+    # above which they grow: largest strain of the longitudinal mode [-], amplitude of the torque at the first
+    # motor and the longitudinal frequency [N m]
+    threshold_amplitude: float | None
     threshold_torque: float | None
-    reason: str = ""  # why there is none
-    tuning: Pair | None = None  # of the 1:2 pairs of a loop's pulley mode
+    reason: str = ""  # why there is no torque
+    tuning: Pair | None = None  # of 1:2 pairs of the pulley mode, where there is one pretension to choose
 
     @property
     def second_transverse_hz(self) -> float | None:
         """Of the sum type the other transverse mode [Hz]."""
         return self.transverse_hz[1] if self.kind == SUM else None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CoupledPair(NearPair):
-    """One of a loop or a line."""
-
-    section: tuple[float, float]  # unstretched ends of the free stretch [m]
-    numbers: tuple[int, int]  # of the transverse modes; twice the same for 1:2
 
     @property
     def second_number(self) -> int | None:
@@ -81,96 +82,95 @@ class CoupledPair(NearPair):
         return self.numbers[1] if self.kind == SUM else None
 
 
-def coupled_pairs(drive: Drive, pulley_mode: float) -> tuple[tuple[CoupledPair, ...], bool]:
-    """1:2 pairs of the pulley mode [rad/s] and others near, Eq. (A.33), lowest threshold first.
+def pairs_of(
+    waves: "Waves", spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair] = ()
+) -> tuple[NearPair, ...]:
+    """Pairs near resonance by Eq. (N.11), lowest threshold first; where both planes have one alike, once.
 
-    The others are of every longitudinal mode up to `HIGHEST` times the pulley mode. Returns also whether
-    `MOST` transverse modes of each stretch are enough for them.
+    ``spans``: their names; ``pulley_hz``: the pulley mode, whose pairs with ``tunings`` are all listed.
     """
-    own, state = resonant_pairs(drive), static_state(drive, segments=_SEGMENTS)
-    modes = longitudinal_modes(drive, state, HIGHEST * pulley_mode)
-    top = max((w for w in modes.natural if w <= HIGHEST * pulley_mode), default=pulley_mode)
-    reach = max(LISTED * pulley_mode, 0.5 * (1.0 + NEAR) * (1.0 + NEAR_SUM) * top)
-    mass = state.mesh.carriage_mass
-
-    def up_to(highest: float, part: FreeStretch) -> int:
-        """Transverse modes of a stretch; each carriage adds one to those of a string."""
-        more = 1 + int(np.count_nonzero(mass[part.segments.start + 1 : part.segments.stop]))
-        return min(max(FEWEST, int(highest * part.travel_time / pi) + more), MOST)
-
-    numbers = [range(1, up_to(reach, part) + 1) for part in free_stretches(drive, state)]
-    if (finer := FINER * max(map(len, numbers))) > _SEGMENTS:
-        state = static_state(drive, segments=finer)
-        modes, mass = longitudinal_modes(drive, state, HIGHEST * pulley_mode), state.mesh.carriage_mass
-    model, stretches = sagging_model(drive, state, modes, numbers)
-    found = []
-    for k, natural in enumerate(model.natural):
-        if 0.0 < natural <= HIGHEST * pulley_mode:
-            tuned = own if abs(natural / pulley_mode - 1.0) < 1e-9 else None
-            for r, part in enumerate(stretches):  # the other plane has the same pairs
-                found += _of_stretch(model, k, r, part, tuned, up_to(LISTED * pulley_mode, part))
-    return tuple(sorted(found, key=by_threshold)), max(map(len, numbers)) < MOST
+    found: dict[tuple[object, ...], NearPair] = {}
+    for pair in _pairs(waves, spans, pulley_hz, tunings):
+        key = pair.longitudinal_hz, pair.span, pair.section, pair.numbers
+        other = found.setdefault(key, pair)
+        first, last = ((*one.transverse_hz, one.coupling) for one in (pair, other))
+        if other is not pair and np.allclose(first, last, rtol=_SAME, atol=0.0):
+            found[key] = replace(other, plane=BOTH)
+        elif other is not pair:
+            found[*key, pair.plane] = pair
+    return tuple(sorted(found.values(), key=_by_threshold))
 
 
-def by_threshold(pair: Any) -> tuple[float, float]:
+def alike(first: float, second: float) -> bool:
+    """Whether two frequencies are of one mode."""
+    return abs(first / second - 1.0) < _SAME
+
+
+def _by_threshold(pair: NearPair) -> tuple[float, float]:
     """The lowest threshold of a pair first, then the least detuning."""
     return inf if pair.threshold_torque is None else pair.threshold_torque, abs(pair.detuning_hz)
 
 
-def _of_stretch(
-    model: StretchModel, k: int, r: int, part: TransverseShapes, tuned: Sequence[Pair] | None, listed: int
-) -> list[CoupledPair]:
-    """Pairs of a longitudinal mode on a stretch; of the pulley mode, whose are ``tuned``, all first 1:2."""
-    natural, found = float(model.natural[k]), []
-    still = abs(model.torque_shape[k]) <= 1e-9 * np.max(np.abs(model.torque_shape))
-    detunings, count = natural - np.add.outer(part.omega, part.omega), part.omega.size
-    off = np.abs(detunings) / natural
-    if tuned is not None:
-        np.fill_diagonal(off[:listed, :listed], 0.0)
-    # A stretch that the mode does not strain is listed as well, with the reason.
-    strength = np.maximum(np.abs(model.coupling[k, r, :count, :count]), 1e-300 * np.eye(count))
-    for a, b in near_pairs(strength, off):
-        torque = inf if still else _threshold(model, k, r, a, b, float(detunings[a, b]))
-        own = (
-            pair
-            for pair in (tuned if tuned and a == b else ())
-            if (pair.span, pair.number) == (part.span, a + 1)
-            and np.allclose(pair.section, part.ends, rtol=0.0, atol=1e-9 * part.ends[1])
-        )
-        found.append(
-            CoupledPair(
-                kind=ONE_TO_TWO if a == b else SUM,
-                longitudinal_hz=natural / (2 * pi),
-                span=part.span,
-                section=part.ends,
-                numbers=(a + 1, b + 1),
-                transverse_hz=(float(part.omega[a]) / (2 * pi), float(part.omega[b]) / (2 * pi)),
-                detuning_hz=float(detunings[a, b]) / (2 * pi),
-                threshold_torque=torque if isfinite(torque) else None,
-                reason="" if isfinite(torque) else STILL if still else TOO_FAR,
-                tuning=next(own, None),
+def _pairs(
+    waves: "Waves", spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair]
+) -> Iterator[NearPair]:
+    """Every pair near resonance, plane by plane."""
+    coupling, (damping, losses) = waves.couplings, waves.losses
+    across, places = np.array([2 * pi * mode.frequency for mode in waves.across]), waves.places
+    tuned = {
+        i: own
+        for i, (where, section, _, number) in enumerate(places)
+        for own in tunings
+        if (own.span, own.number) == (spans[where], number) and np.allclose(own.section, section)
+    }
+    listed = np.diag(np.array([i in tuned for i in range(across.size)], dtype=bool))
+    turns = np.abs([turns_of(waves.network, mode)[0] for mode in waves.along])
+    turns[turns <= _TURNING * turns.max(initial=0.0)] = 0.0
+    for number, q in enumerate(waves.along):
+        natural, turn = 2 * pi * q.frequency, float(turns[number])
+        detunings, strength = natural - across[:, None] - across, np.abs(coupling[number])
+        own = listed & alike(q.frequency, pulley_hz)
+        # A stretch that the mode does not strain is listed as well, with the reason.
+        strengths = np.maximum(strength, 1e-300 * own)
+        for i, j in near_pairs(strengths, np.where(own, 0.0, np.abs(detunings) / natural)):
+            amplitude = _threshold(natural, across[[i, j]], 0.5 * losses[[i, j]]) / float(strengths[i, j])
+            grows, strain = bool(np.isfinite(amplitude)), np.abs(waves.slopes[0][number]).max()
+            slopes = [waves.slopes[0][number], *waves.slopes[1][[i, j]]]
+            count = 1 if waves.across[i].clamped or waves.across[j].clamped else waves.ropes
+            shares = waves.rigidity * waves.length * (np.prod(slopes, axis=0) @ waves.weights) * count
+            where = np.bincount([piece.span for piece in waves.network.pieces], shares)
+            span = int(np.argmax(np.abs(where))) if where.any() else places[i][0]
+            torque = amplitude * natural * float(damping[number]) / turn if turn and grows else None
+            if turn and damping[number] == 0.0:  # it grows in time until they do
+                torque = 0.0
+            yield NearPair(
+                kind=ONE_TO_TWO if i == j else SUM,
+                longitudinal_hz=q.frequency,
+                family=q.family,
+                span=spans[span],
+                section=places[i][1],
+                plane=places[i][2],
+                numbers=(places[i][3], places[j][3]),
+                transverse_hz=(waves.across[i].frequency, waves.across[j].frequency),
+                detuning_hz=float(detunings[i, j]) / (2 * pi),
+                coupling=float(strength[i, j]),
+                threshold_amplitude=float(amplitude * strain) if grows else None,
+                threshold_torque=torque,
+                reason="" if torque is not None else TOO_FAR if turn else STILL,
+                tuning=tuned.get(i) if own[i, j] else None,
             )
-        )
-    return found
 
 
-def _threshold(model: StretchModel, k: int, r: int, a: int, b: int, detuning: float) -> float:
-    """Threshold torque of one pair [N m]; infinite where there is none."""
-    loss_a, loss_b = float(model.loss[r, a]), float(model.loss[r, b])
-    natural, resistance = float(model.natural[k]), float(model.natural[k] * model.damping[k, k])
-    per_amplitude = abs(float(model.coupling[k, r, a, b])) / 4.0
-    turning = 0.25 * natural**2 if a == b else float(model.transverse[r, a] * model.transverse[r, b])
-    per_amplitude /= sqrt(float(model.mass[r, a] * model.mass[r, b]) * turning)
-    if per_amplitude == 0.0:
-        return inf
-    if resistance == 0.0:
-        return 0.0
-    if a == b:  # as the averaged equations count it, (nu^2 - w^2) / nu
-        detuning = 0.5 * natural - 2.0 * float(model.transverse[r, a]) ** 2 / natural
-    least = lost_square(0.5 * loss_a, 0.5 * loss_b, detuning)
-    if a == b:
+def _threshold(natural: float, across: Array, loss: Array) -> float:
+    """Amplitude times coupling above which two modes of decay rates ``loss`` grow, Eq. (A.33) [1/s^2]."""
+    (a, b), turning = across.tolist(), float(across.prod())
+    if a != b:
+        least = lost_square(loss[0], loss[1], natural - a - b)
+    else:  # as the averaged equations count it
+        detuning, turning = 0.5 * natural - 2.0 * a**2 / natural, 0.25 * natural**2
+        least = lost_square(loss[0], loss[1], detuning)
         least = with_third_harmonic(least, np.array(-0.5 * detuning), np.array(0.5 * natural))
-    return sqrt(least) / per_amplitude * resistance / abs(float(model.torque_shape[k]))
+    return 4.0 * sqrt(turning) * float(np.sqrt(least))
 
 
 def lost_square(first: ArrayLike, second: ArrayLike, detuning: ArrayLike) -> Array:
@@ -192,6 +192,8 @@ def near_pairs(strength: Array, detuning: Array) -> list[list[int]]:
 
 WAYS = {"w": "across", "v": "out of plane"}
 """Direction of a transverse plane."""
+_STILL = 1e-9
+"""Share of the largest part of its energy up to which a mode leaves a piece at rest."""
 POINTS = 16
 """Points at which a wave is looked at on each piece of a span, beyond those that its half waves need."""
 
@@ -210,6 +212,20 @@ class Waves(NamedTuple):
     rigidity: Array
     ropes: Array
     moved: Array  # share of the kinetic energy of each mode across in each piece, shape (across, pieces)
+
+    @property
+    def places(self) -> list[tuple[int, tuple[float, float], str, int]]:
+        """Of each mode across: span, unstretched ends of what moves of it [m], plane, number among these."""
+        pieces, counted, found = self.network.pieces, Counter[tuple[object, ...]](), []
+        spans = np.array([piece.span for piece in pieces])
+        for mode, moved in zip(self.across, self.moved, strict=True):
+            span = self.network.drive.spans.index(mode.span or "")
+            moving = np.flatnonzero((spans == span) & (moved > _STILL * moved.max()))
+            ends = pieces[moving[0]].rest.start, pieces[moving[-1]].rest.end
+            place = span, ends, mode.plane or "w"
+            counted[place] += 1
+            found.append((*place, counted[place]))
+        return found
 
     @property
     def couplings(self) -> Array:
@@ -255,18 +271,20 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
     slope = scale[:, None] / scale / gaps  # differentiates at the points
     np.fill_diagonal(slope, 0.0)
     np.fill_diagonal(slope, -slope.sum(axis=1))
-    names = [network.drive.free_spans[piece.span].name for piece in network.pieces]
+    spans = np.array([piece.span for piece in network.pieces])
+    middle = np.array([0.5 * (piece.start + piece.end) for piece in network.pieces])
+    length, rigidity = np.array([(one.length, one.rope.axial_rigidity) for one in network.pieces]).T
+    places = middle[:, None] + 0.5 * length[:, None] * x
 
     def values(modes: list[Mode], ways: list[str]) -> Array:
-        found = np.zeros((len(modes), len(names), size))
+        found = np.zeros((len(modes), *places.shape))
         for row, mode, way in zip(found, modes, ways, strict=True):
-            for number, (name, piece) in enumerate(zip(names, network.pieces, strict=True)):
-                place = piece.start + 0.5 * (x + 1.0) * piece.length
-                row[number] = mode.displacement(name, way, place)[0].real
+            for number, name in enumerate(network.drive.spans):
+                own = mode.displacement(name, way, places[spans == number].ravel())[0].real
+                row[spans == number] = own.reshape(-1, size)
         return found
 
     both = values(along, ["along"] * len(along)), values(across, [WAYS[one.plane or "w"] for one in across])
-    length, rigidity = np.array([(one.length, one.rope.axial_rigidity) for one in network.pieces]).T
     slopes = [2.0 * own @ slope.T / length[:, None] for own in both]
     ropes, weights = network.ropes[::3].astype(np.float64), 0.5 * weights
     mass = ropes * [piece.rope.density * piece.rest.length for piece in network.pieces]

@@ -1,6 +1,6 @@
 """Is a machine near its internal resonance: ratio, threshold, verdict with reasons; what brings it out."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf, isfinite, pi
@@ -9,17 +9,18 @@ import numpy as np
 
 from cabledrive.mechanics.datasheet import elastic_range, largest_pretension, warnings_of_rest
 from cabledrive.mechanics.holding import motor_condition
-from cabledrive.modal.tuning import pulley_mode, span_frequency, tuned_pretension
+from cabledrive.modal.tuning import pulley_mode, resonant_pairs, span_frequency, tuned_pretension
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
 from cabledrive.studies import resonance_detuning as regions
-from cabledrive.studies.pair_thresholds import HIGHEST, MOST, SUM, CoupledPair, coupled_pairs
+from cabledrive.studies.machine_pairs import MachinePairs, machine_pairs, resonance_of_pairs
+from cabledrive.studies.pair_thresholds import HIGHEST, SUM, alike
 from cabledrive.studies.resonance_detuning import (
     CLOSE_SHARE,
     NEAR,
@@ -28,7 +29,6 @@ from cabledrive.studies.resonance_detuning import (
     InstabilityMargin,
     ResonanceSummary,
 )
-from cabledrive.studies.route_pairs import route_resonance
 
 SLACK_SHARE = 0.01
 """Torque for the verdict where no limit is known, as a share of the slack torque."""
@@ -45,13 +45,13 @@ def default_torque(drive: Drive) -> float:
 
 
 def resonance(
-    drive: Machine, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
+    machine: Machine, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
 ) -> ResonanceSummary:
     """Frequency ratio, threshold torque, pairs near resonance and verdict of a machine.
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    machine : Drive or RoutedDrive
     torque : float, optional
         Amplitude of the verdict [N m]; default: that of the file's [excitation]. Where there is neither, the
         verdict is "no excitation given", and the figures of a loop or a line are those at its torque limit
@@ -76,14 +76,16 @@ def resonance(
     NotComputed
         If a span hangs slack at rest.
     """
-    if isinstance(drive, RoutedDrive):
-        if load_torque:
-            require_two_pulleys(drive, "`resonance` under a load torque")
-        return route_resonance(drive, torque=torque)
-    motor = motor_condition(require_two_pulleys(drive, "`resonance`"))
+    try:
+        drive = require_two_pulleys(machine, "`resonance`" + " under a load torque" * bool(load_torque))
+    except InputRefused:
+        if load_torque or getattr(machine, "chain_of", None) is not None:
+            raise
+        return resonance_of_pairs(machine, torque)
+    motor = motor_condition(drive)
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None
     if torque is None and stated is not None:
-        torque = stated * drive.motor.torque_limit  # type: ignore[union-attr, operator]  # checked with the file
+        torque = stated * drive.motor.torque_limit  # checked with the file
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:
         raise InputRefused(f"torque = {tau:.6g} N m must not be negative: give its amplitude")
@@ -119,8 +121,8 @@ def resonance(
     if not details:
         missing["growth_torque"] = "not asked for"
     ratio, here = span_frequency(drive) / pulley, float(threshold_torque(model))
-    pairs, whole = coupled_pairs(drive, model.natural) if details else (None, True)
-    verdict, beside = _of_others(instability.verdict, pairs, pulley, tau)
+    pairs = machine_pairs(drive, resonant_pairs(drive)) if details else None
+    verdict, beside = _of_others(instability.verdict, pairs, tau)
     return ResonanceSummary(
         frequency_ratio=ratio,
         detuning=ratio - 0.5,
@@ -133,12 +135,13 @@ def resonance(
         growth_torque=growth if growth is not None and isfinite(growth) else None,
         coulomb_onset=coulomb_onset_torque(model),
         instability=instability,
-        pairs=pairs or (),
+        pairs=() if pairs is None else pairs.pairs,
+        certified=None if pairs is None else pairs.modes.certified,
         reasons=(
             *((f"{regions.STATE_ONE}; the figures are those at {tau:.4g} N m",) if torque is None else ()),
             *_reasons(drive, model, at_tuning, instability, tau, tuned),
             beside + (", without the load torque" if load_torque else ""),
-            *(() if whole else (f"waves across of more than {MOST} half waves were not looked at",)),
+            *(() if pairs is None else pairs.doubt),
         ),
         missing=missing,
         motor=motor,
@@ -146,21 +149,19 @@ def resonance(
     )
 
 
-def _of_others(
-    verdict: str, pairs: Sequence[CoupledPair] | None, pulley: float, torque: float
-) -> tuple[str, str]:
+def _of_others(verdict: str, found: MachinePairs | None, torque: float) -> tuple[str, str]:
     """The verdict, by pairs of other modes than the pulley mode and of sum type as well, and their words.
 
-    ``pairs``: None where they were not looked for; ``pulley``: pulley mode [Hz]; ``torque``: [N m].
+    ``found``: None where they were not looked for; ``torque``: [N m].
     """
-    if pairs is None:
+    if found is None:
         return verdict, "other pairs than the 1:2 of the pulley mode were not looked at"
     lowest, at = min(
         (
             (pair.threshold_torque, pair.longitudinal_hz)
-            for pair in pairs
+            for pair in found.pairs
             if pair.threshold_torque is not None
-            and (pair.kind == SUM or abs(pair.longitudinal_hz / pulley - 1.0) > 1e-6)
+            and (pair.kind == SUM or not alike(pair.longitudinal_hz, found.pulley.frequency))
         ),
         default=(inf, 0.0),
     )

@@ -9,7 +9,7 @@ from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import LARGEST
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.threshold import (
@@ -162,7 +162,7 @@ class ActingTorque:
         return next((name for name, low, high in self.bands if low <= hertz <= high), None)
 
 
-def acting_torque(drive: RoutedDrive, torque: float | None) -> ActingTorque | None:
+def acting_torque(drive: Machine, torque: float | None) -> ActingTorque | None:
     """The torque [N m] of the verdict: as given, else that of [excitation]; None where there is neither."""
     if torque is not None:
         if not 0.0 <= torque <= LARGEST:
@@ -171,7 +171,7 @@ def acting_torque(drive: RoutedDrive, torque: float | None) -> ActingTorque | No
     stated = drive.excitation
     if stated is None:
         return None
-    ripple, limit = stated.torque_ripple, drive.motor[0].torque_limit if drive.motor else None
+    ripple, limit = stated.torque_ripple, drive.motors[0].torque_limit if drive.motors else None
     amplitude = None if ripple is None or limit is None else ripple * limit
     if not stated.orders:
         return ActingTorque(amplitude)

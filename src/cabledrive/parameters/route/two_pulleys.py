@@ -18,17 +18,19 @@ from cabledrive.parameters.route.parts import (
 NAMES = ("drive pulley", "load pulley")
 
 
-def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
+def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) -> RoutedDrive:
     """A drive with two pulleys as a machine with routes; its "upper" span leads from drive to load pulley.
 
-    If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused.
+    If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused. If ``turned``,
+    a motor holds the drive pulley against weights at rest, where the file has none.
     """
     if isinstance(drive, RoutedDrive):
         return drive
     if loaded and drive.load_pulley.fixed:
         raise InputRefused("load torque: the load pulley is fixed and takes no torque: leave the column out")
     parts = (drive.drive_pulley, drive.load_pulley)
-    turned = (drive.motor is not None or loaded, loaded)
+    held = drive.motor is not None or loaded or (turned and not drive.drive_pulley.fixed)
+    driven = (held, loaded)
     apart = hypot(
         drive.pulley_distance, parts[1].radius - parts[0].radius
     )  # as long as they are, spans touch
@@ -37,12 +39,12 @@ def as_machine(drive: Machine, *, loaded: bool = False) -> RoutedDrive:
             name=name,
             at=(i * apart, 0.0),
             **_alike(RoutedPulley, part)
-            | ({"inertia": 0.0} if turned[i] and (i == 1 or drive.motor is None) else {}),
+            | ({"inertia": 0.0} if driven[i] and (i == 1 or drive.motor is None) else {}),
         )
         for i, (name, part) in enumerate(zip(NAMES, parts, strict=True))
     )
     motors = []
-    for name, part, turns in zip(NAMES, parts, turned, strict=True):
+    for name, part, turns in zip(NAMES, parts, driven, strict=True):
         if turns and name == NAMES[0] and drive.motor is not None:
             motors.append(RoutedMotor(pulley=name, **_alike(RoutedMotor, drive.motor)))
         elif turns:  # what gives its torque has the pulley's own inertia

@@ -19,24 +19,22 @@ from cabledrive.studies.motion_margins import (
     PulleyMargin,
     SpanMargin,
 )
-from cabledrive.studies.pair_thresholds import CoupledPair, NearPair
+from cabledrive.studies.pair_thresholds import BOTH, TOO_FAR, NearPair
 from cabledrive.studies.resonance_detuning import ResonanceSummary
-from cabledrive.studies.route_pairs import RoutePair
 
 NEAR = Keys(
-    "kind longitudinal_hz span detuning_hz threshold_torque transverse_hz=transverse_hz.0 "
+    "kind longitudinal_hz family span section plane number=numbers.0 second_number? detuning_hz "
+    "threshold_torque threshold_strain=threshold_amplitude transverse_hz=transverse_hz.0 "
     "second_transverse_hz?",
-    {"threshold_torque": ".reason"},
+    {"threshold_torque": ".reason", "threshold_strain": TOO_FAR},
     of=NearPair,
 )
-PAIR = Keys("section number=numbers.0 second_number?", of=CoupledPair)
-ROUTE_PAIR = Keys("family plane threshold_strain=threshold_amplitude", of=RoutePair)
 TUNING = Keys(
     "transverse_frequency_hz=transverse_frequency frequency_ratio=ratio tuned_pretension",
     {"tuned_pretension": ".reason"},
     of=Pair,
 )
-PLANES = {"w": "in plane", "v": "out of plane"}
+PLANES = {"w": "in plane", "v": "out of plane", BOTH: "both"}
 ENDS = Row("section", "Section", "m", lambda ends: f"{ends[0]:.4g} to {ends[1]:.4g}")
 PLANE = Row("plane", "Plane", form=lambda plane: PLANES[plane], kind="text")
 
@@ -61,8 +59,7 @@ PAIRS = (
 
 def pair_data(pair: NearPair) -> dict[str, Any]:
     """A pair as JSON has it; one of a loop's pulley mode with its ratio and tuned pretension."""
-    own = PAIR(pair) if isinstance(pair, CoupledPair) else ROUTE_PAIR(pair)
-    return NEAR(pair) | own | (TUNING(pair.tuning) if pair.tuning is not None else {})
+    return NEAR(pair) | (TUNING(pair.tuning) if pair.tuning is not None else {})
 
 
 def pairs_table(found: ResonanceSummary, most: int) -> Table | None:
