@@ -124,3 +124,18 @@ def chain_matrices(drive, mesh, stiffness):
         rotor = nodes if mesh.joint else 0
         springs[rotor, rotor] += drive.motor.holding_stiffness / square
     return springs, mass
+
+
+def heard(signal, step, near):
+    """Frequencies of peaks next to given ones, by a parabola through the log of a Hann spectrum."""
+    window = np.hanning(signal.size)
+    spectrum = np.log(np.abs(np.fft.rfft(signal * window, 8 * signal.size)) + 1e-300)
+    resolution = 1.0 / (8 * signal.size * step)
+    peaks = []
+    for frequency in near:
+        middle = round(frequency / resolution)
+        reach = round(2.0 / (signal.size * step) / resolution)
+        k = middle - reach + int(np.argmax(spectrum[middle - reach : middle + reach + 1]))
+        before, at, after = spectrum[k - 1 : k + 2]
+        peaks.append((k + 0.5 * (before - after) / (before - 2.0 * at + after)) * resolution)
+    return np.array(peaks)

@@ -400,9 +400,3 @@ def test_a_torque_that_ends_says_when_and_a_run_says_how_fine_it_is():
 def test_a_run_shorter_than_a_record_has_one():
     grid = time_grid(1e-4, 1e-3, Scheme(), rate=10.0, nodes=10)
     assert (grid.records, grid.every) == (1, 1)
-
-
-@pytest.mark.parametrize("gravity, named", [(0.0, False), (9.81, True)])
-def test_a_run_of_straight_ropes_names_the_spans_that_sag(gravity, named):
-    drive = cd.load_drive("ropeway-towers", overrides=[f"layout.gravity={gravity}"])
-    assert any("sag" in line for line in cd.simulate(drive, 1e-3).doubts) == named

@@ -46,7 +46,7 @@ MOTORED = load_drive("dissertation-3")
 
 def displaced(*plucks, drive=DRIVE, segments=40, **start):
     mesh = mesh_of(drive, segments)
-    return mesh, place_at_start(mesh, cable_law(drive.cable), Start(plucks=plucks, **start))[0]
+    return mesh, place_at_start(drive, mesh, cable_law(drive.cable), Start(plucks=plucks, **start))[0]
 
 
 @pytest.mark.parametrize(("shape", "waves"), [("half-sine", 1), ("sine-2", 2), ("sine-5", 5)])
@@ -115,10 +115,10 @@ LINE = replace(DRIVE, kind="line")
         ("place = 1.5 must lie between 0 and 1", {"pluck": {"place": 1.5}}),
         ('shape = "square" is not one', {"pluck": {"height": 1e-3, "shape": "square"}}),
         ("needs 3 or more finite numbers", {"pluck": {"shape": [0.0, np.nan, 0.0]}}),
-        ("where a pulley or a guided carriage holds it", {"pluck": {"shape": [0, 1e-3, 1e-3]}}),
+        ("where a pulley or a carriage holds it", {"pluck": {"shape": [0, 1e-3, 1e-3]}}),
         ("drive_speed = nan rad/s must be finite", {"start": {"drive_speed": np.nan}}),
         ("the load pulley is fixed, so its speed must be 0", {"drive": HELD, "start": {"load_speed": 1.0}}),
-        ("there is no lower span", {"drive": LINE, "pluck": {"span": "lower"}}),
+        ('"lower" is no span: take one of upper', {"drive": LINE, "pluck": {"span": "lower"}}),
         ("is held by a guided carriage", {"drive": GUIDED, "pluck": {"place": 0.25}}),
         ("force on carriage 0, but the drive has 0", {"forces": [PUSH]}),
         ("which is guided: push along u", {"drive": GUIDED, "forces": [replace(PUSH, plane="w")]}),
@@ -158,7 +158,7 @@ def test_a_motor_that_holds_the_weights_lets_nothing_move(joint, measured):
     motor = replace(MOTORED.motor, joint_stiffness=joint, offset_torque=0.0, coulomb_friction=0.0)
     steep = replace(MOTORED.layout, inclination=pi / 6)
     drive = replace(MOTORED, motor=motor, layout=steep, carriage=(Carriage(mass=2e-2, position=0.3),))
-    held = equilibrium(mesh_of(drive, 20), cable_law(drive.cable), hold="drive").holding_torque[0]
+    held = equilibrium(drive, mesh_of(drive, 20), cable_law(drive.cable), hold="drive")[1][0]
     run = simulate(
         drive,
         0.3,

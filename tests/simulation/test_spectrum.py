@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kernel_cases import chain_matrices
+from kernel_cases import chain_matrices, heard
 from scipy.linalg import eigh
 from scipy.special import ellipk
 
@@ -60,21 +60,6 @@ def frequencies_of_the_scheme(drive, segments, step, kind):
     eigenvalues = np.maximum(eigh(springs, np.diag(mass), eigvals_only=True), 0.0)
     lowest = np.sqrt(eigenvalues[eigenvalues > 1.0][:12])
     return np.arcsin(0.5 * step * lowest) / (np.pi * step)
-
-
-def heard(signal, step, near):
-    """Frequencies of peaks next to given ones, by a parabola through the log of a Hann spectrum."""
-    window = np.hanning(signal.size)
-    spectrum = np.log(np.abs(np.fft.rfft(signal * window, 8 * signal.size)) + 1e-300)
-    resolution = 1.0 / (8 * signal.size * step)
-    peaks = []
-    for frequency in near:
-        middle = round(frequency / resolution)
-        reach = round(2.0 / (signal.size * step) / resolution)
-        k = middle - reach + int(np.argmax(spectrum[middle - reach : middle + reach + 1]))
-        before, at, after = spectrum[k - 1 : k + 2]
-        peaks.append((k + 0.5 * (before - after) / (before - 2.0 * at + after)) * resolution)
-    return np.array(peaks)
 
 
 def small_motion(drive, segments, duration):

@@ -74,12 +74,6 @@ class Mesh:
             mass[-1] = mass[0]
         return mass
 
-    @property
-    def uniform(self) -> bool:
-        """Whether all segments are alike and no carriage sits on a node."""
-        alike = np.ptp(self.spacing) <= 1e-12 * self.spacing[0]
-        return bool(alike) and not self.carriage_mass.any()
-
     def span_nodes(self, span: str) -> slice:
         """Nodes of a span, its two rims included."""
         start = self.spans.index(span) * self.segments
@@ -91,7 +85,7 @@ def mesh_of(drive: Drive, segments: int) -> Mesh:
 
     Refused: too few segments, or too many to be stored.
     """
-    _check_segments(segments)
+    check_segments(segments)
     stretch, stops = drive.pulley_distance / drive.span_length, []
     for span in drive.spans:  # places where there must be a node: rims and carriages
         carried = [carriage.position * stretch for carriage in drive.carriages_on(span)]
@@ -133,12 +127,13 @@ def mesh_of(drive: Drive, segments: int) -> Mesh:
     )
 
 
-def _check_segments(segments: int) -> None:
+def check_segments(segments: int, fewest: int = FEWEST_SEGMENTS) -> None:
+    """Refuse a number of segments per span that is none, too small, or too large to be stored."""
     if isinstance(segments, bool) or not isinstance(segments, int | np.integer):
         raise InputRefused(f"segments = {segments!r} is not a whole number: give the segments per span")
-    if segments < FEWEST_SEGMENTS:
+    if segments < fewest:
         raise InputRefused(
-            f"segments = {segments} per span, but the cable needs at least {FEWEST_SEGMENTS}: give more"
+            f"segments = {segments} per span, but the cable needs at least {fewest}: give more"
         )
     if segments > MOST_SEGMENTS:
         raise InputRefused(f"segments = {segments} per span, at most {MOST_SEGMENTS} are taken: give fewer")

@@ -22,6 +22,7 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import at_rest
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import described, meaning
+from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 
 
@@ -106,10 +107,15 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
     return _kept_state(drive, at_torque)
 
 
+def level_machine(drive: Drive) -> RoutedDrive:
+    """A drive as a machine with routes whose pulleys have one radius: its spans lie along their line."""
+    radius = drive.drive_pulley.radius
+    return as_machine(replace(drive, pulley=tuple(replace(own, radius=radius) for own in drive.pulley)))
+
+
 @lru_cache(maxsize=64)
 def _kept_state(drive: Drive, at_torque: float) -> RestState:
-    radius = drive.drive_pulley.radius  # of both: the line of the pulleys is that of the spans
-    machine = as_machine(replace(drive, pulley=tuple(replace(own, radius=radius) for own in drive.pulley)))
+    radius, machine = drive.drive_pulley.radius, level_machine(drive)
     driven, load = NAMES
     motion, torques = Motion(machine, hold=(driven,)), {}
     if at_torque and not drive.load_pulley.fixed:

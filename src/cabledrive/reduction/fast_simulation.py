@@ -314,7 +314,7 @@ def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[A
         raise InputRefused(
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
         )
-    place, _ = place_at_start(mesh, cable_law(drive.cable), start)
+    place, _ = place_at_start(drive, mesh, cable_law(drive.cable), start)
     speed = velocity_at_start(mesh, start)
     sines = [_sines(mesh, field, model.slopes.size) for field in (place, speed)]
     moving = 4 if any(np.any(part[2:]) for part in sines) else 2

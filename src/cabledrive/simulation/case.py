@@ -9,12 +9,12 @@ from math import isfinite
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.mesh import Mesh, mesh_of, strain_energy, weight_energy
-from cabledrive.mechanics.statics import equilibrium, rotor_stiffness
+from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import AXIAL, CHANNELS, COLUMN, WEIGHT_ENERGY, WIDTH
@@ -146,16 +146,12 @@ class Case(RopeRun):
 
     @cached_property
     def rest_energy(self) -> float:
-        """Energy of the drive at rest under gravity, above that of the straight pretensioned cable [J]."""
-        mesh, law = self.mesh, self.law
+        """Energy at rest under gravity, drive pulley held, above that of the straight cable [J]."""
+        mesh, law = self.mesh, taut_law(self.law)
         if not self.machine.layout.gravity:
             return 0.0
-        try:
-            rest = equilibrium(mesh, law).displacement
-        except (InputRefused, NotComputed):  # gravity turns the pulleys, so count from held ones
-            rest = equilibrium(mesh, law, hold="both").displacement
-        held = 0.5 * rotor_stiffness(mesh) * float(rest[0, 0]) ** 2
-        return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest) + held
+        rest, _ = equilibrium(self.machine, mesh, law, hold="drive")
+        return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest)
 
     def _extremes(self, state: State) -> dict[str, float]:
         """Least and largest angle of each shaft [rad], largest |v| and |w| of each midpoint [m]."""
@@ -196,7 +192,7 @@ def case_of(
     damping = drive.cable.transverse_damping, drive.cable.axial_damping
     plan = plan_of(mesh, law, grid.step, damping, scheme, marks)
     check_method(scheme.method, plan)
-    x, rotor = place_at_start(mesh, law, start)
+    x, rotor = place_at_start(drive, mesh, law, start)
     x_t = velocity_at_start(mesh, start)
     return Case(
         machine=drive,

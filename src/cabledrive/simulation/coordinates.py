@@ -10,7 +10,7 @@ with friction :math:`\lambda \in c\,\mathrm{Sgn}(R\dot q_+)`, or
 :math:`c \tanh(R(\dot q_- + \dot q_+)/2s)`, by projected Gauss-Seidel.
 """
 
-from math import tanh
+from math import sqrt, tanh
 from typing import Any
 
 from cabledrive.mechanics.cable_law import Array
@@ -68,9 +68,7 @@ def rub(plan: Any, q_t: Array, mobility: Array, own: Array, work: Any) -> None:
         work.bound[k] = plan.bound[k]
         before, behind = plan.wrap[k, 0], plan.wrap[k, 1]
         if before >= 0:  # Euler and Eytelwein: friction per tension of the slacker side
-            entering = plan.piece[before, at.PRETENSION] + work.pull[before, 1, 0]
-            leaving = plan.piece[behind, at.PRETENSION] + work.pull[behind, 0, 0]
-            work.bound[k] *= max(min(entering, leaving), 0.0)
+            work.bound[k] *= min(end_tension(plan, work, before, 1), end_tension(plan, work, behind, 0))
     for _ in range(MOST_SWEEPS if count > 0 else 0):
         change, size = 0.0, 0.0
         for k in range(count):
@@ -92,6 +90,14 @@ def rub(plan: Any, q_t: Array, mobility: Array, own: Array, work: Any) -> None:
             size = max(size, abs(held))
         if change <= 1e-15 * size or count == 1:
             break
+
+
+@njit_inner
+def end_tension(plan: Any, work: Any, piece: int, side: int) -> float:
+    """Tension of one rope at an end of a piece, 0 where it pushes."""
+    pull = work.pull[piece, side]
+    along = plan.piece[piece, at.PRETENSION] + pull[0]
+    return sqrt(along * along + pull[1] * pull[1] + pull[2] * pull[2]) if along > 0.0 else 0.0
 
 
 @njit_strict
@@ -153,6 +159,8 @@ def place_ends(plan: Plan, q: Array, q_t: Array, x: Array, x_t: Array) -> None:
             for axis in range(3):
                 row = 6 * piece + 3 * side + axis
                 x[axis, node], x_t[axis, node] = end_moved(plan, row, q), end_moved(plan, row, q_t)
+                if side == 1:
+                    x[axis, node] += plan.piece[piece, at.END + axis]
 
 
 @njit_inner

@@ -43,7 +43,7 @@ def keep_extremes(plan: Plan, state: State) -> None:
     for piece in range(peaks.shape[0]):
         i, share = int(plan.probe[piece, 0]), plan.probe[piece, 1]
         for axis in range(1, 3):
-            size = abs((1.0 - share) * x[axis, i] + share * x[axis, i + 1])
+            size = abs((1.0 - share) * x[axis, i] + share * x[axis, i + 1] - plan.probe[piece, 2 + axis])
             peaks[piece, axis - 1] = max(peaks[piece, axis - 1], size)
 
 
@@ -84,7 +84,8 @@ def observe(plan: Plan, state: State, work: Workspace, torque: Array, row: Array
     for probe in range(probes):
         i, share = int(plan.probe[probe, 0]), plan.probe[probe, 1]
         for axis in range(3):
-            row[5 * pieces + 3 * probe + axis] = (1.0 - share) * x[axis, i] + share * x[axis, i + 1]
+            place = (1.0 - share) * x[axis, i] + share * x[axis, i + 1]
+            row[5 * pieces + 3 * probe + axis] = place - plan.probe[probe, 2 + axis]
     here = 5 * pieces + 3 * probes
     energy += observe_coordinates(plan, state, work, row[here : here + 3])
     for k in range(3):

@@ -93,36 +93,34 @@ def simulate(
     if model is not None:
         scheme = replace(scheme or Scheme(), model=model)
     keeping: Any = {"output": output, "force": force, "resume": resume, "progress": progress}
-    asked: Any = {"torque": torque, "recording": recording}
-    plucks: Any = start or ()
+    asked: Any = {"torque": torque, "recording": recording, "scheme": scheme}
+    routes, plucks = isinstance(drive, RoutedDrive), cast(Any, start or ())
+    foreign = {"travel": travel, "torques by motor": isinstance(torque, Mapping)}
+    foreign |= {"NetworkStart": isinstance(start, NetworkStart)}
+    if routes:
+        foreign = {
+            "forces": bool(forces),
+            "error_estimate": error_estimate,
+            "Start": isinstance(start, Start),
+        }
+    for name, given in foreign.items():
+        if given:
+            other = 'drives of kind "loop" or "line"' if routes else 'machines of kind "route"'
+            raise InputRefused(f"{name} is for {other}: leave it out")
     if isinstance(drive, RoutedDrive):
-        hung = ("Start (from_equilibrium)", isinstance(start, Start))
-        for name, given in (("forces", bool(forces)), ("error_estimate", error_estimate), hung):
-            if given:
-                raise InputRefused(
-                    f'kind = "route": {name} is for drives of kind "loop" or "line": leave it out'
-                )
         asked["start"] = start if isinstance(start, NetworkStart) else NetworkStart(plucks=tuple(plucks))
         case: PreparedRun
         if travel:
-            move = travel if isinstance(travel, PlannedMove) else None
-            case = travel_case(drive, duration, move=move, scheme=scheme, **asked)
+            case = travel_case(drive, duration, move=None if travel is True else travel, **asked)
         else:
-            case = network_case(drive, duration, scheme=scheme, **asked)
+            case = network_case(drive, duration, **asked)
         # with its own channels: a caller knows what drive it gave
         return cast(SimulationResult, keep_run(case, **keeping))
     require_two_pulleys(drive, "`simulate`")
-    scheme = scheme or Scheme()
-    if travel:
-        raise InputRefused('travel is for machines of kind "route": leave it out')
-    if isinstance(torque, Mapping) or isinstance(start, NetworkStart):
-        raise InputRefused(
-            'torques by motor and NetworkStart are for machines of kind "route": leave them out'
-        )
     asked["start"] = start if isinstance(start, Start) else Start(plucks=tuple(plucks))
-    prepare = partial(case_of, drive, duration, forces=forces, **asked)
-    loop = prepare(scheme=scheme)
+    loop = case_of(drive, duration, forces=forces, **asked)
     if error_estimate:
-        check_halves(scheme)
-        loop = replace(loop, coarser=lambda other: prepare(scheme=other))
+        check_halves(loop.scheme)
+        again = partial(case_of, drive, duration, forces=forces)
+        loop = replace(loop, coarser=lambda other: again(**asked | {"scheme": other}))
     return cast(SimulationResult, keep_run(loop, **keeping))

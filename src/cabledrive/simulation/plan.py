@@ -93,7 +93,7 @@ MOST_EVENTS = 1000
 DONE, SLACK, NOT_FINITE, TOO_STIFF = range(4)
 
 # Columns and rows of the tables of a plan.
-PRETENSION, RIGIDITY, SLACK_STRAIN, ROPES = range(4)
+PRETENSION, RIGIDITY, SLACK_STRAIN, ROPES, END = range(5)
 SPACING, INVERSE_SPACING, COMPLIANCE = range(3)
 KICK_U, KICK_T, KEEP_T, FALL_U, FALL_W, MASS, DRAG, WEIGHT_U, WEIGHT_W = range(9)
 # Entries of State.counts, and of State.extra: E, C, what rounding took from E and from the coordinates.
@@ -114,8 +114,8 @@ class Plan(NamedTuple):
     (3, nodes - 1): length h [m], 1 / h, and of the axial damper h / (b_kv (1 + eps0)) [m/s / N], 0 without
     damping and between pieces. Rows of ``node``, (9, nodes): velocity gained per force over a step along u
     and across [m/s / N], 0 where a node is held; share of the velocity across that a step keeps; velocity
-    gained by weight along u and w [m/s]; mass of one rope and carriage [kg]; transverse damping x mass of all
-    ropes [kg/s]; weight along u and w [N]; 0 at the ends of pieces.
+    gained by weight along u and w [m/s]; mass of one rope and carriage [kg]; transverse damping x mass, and
+    weight along u and w of all ropes [kg/s], [N]; 0 at the ends of pieces.
     """
 
     law: int
@@ -125,7 +125,7 @@ class Plan(NamedTuple):
     axial: int  # how segments are damped, see `cabledrive.simulation.dampers`
     uniform: bool  # equal segments, no carriages, no forces
     nodes: Integers  # (pieces, 2): first and last node of each piece
-    piece: Array  # (pieces, 4): T0 [N], EA [N], slack strain, parallel ropes
+    piece: Array  # (pieces, 7): T0 [N], EA [N], slack strain, parallel ropes; u, v, w of its end where q = 0
     segment: Array
     node: Array
     row_start: Integers  # (6 pieces + 1,): where the entries of each row of the ends begin
@@ -149,7 +149,9 @@ class Plan(NamedTuple):
     stick: Integers  # (frictions,): the coordinate that rubs, -1 where there are several
     wrap: Integers  # (frictions, 2): pieces before and behind a wrap, -1 elsewhere
     damper: Array  # (5, nodes - 1): eliminated dampers of straight ropes, see `cabledrive.simulation.dampers`
-    probe: Array  # (probes, 2): segment, and place between its ends from 0 to 1; first the middles of pieces
+    # (probes, 5): segment, place between its ends from 0 to 1, u, v, w there from which a record counts; the
+    # middles of pieces come first
+    probe: Array
     force: Integers = NO_PAIRS  # (forces, 2): node, and axis
     stop: Integers = NO_NODES  # (stops,): nodes with a carriage or a force, in rising order
     beside: Integers = NO_NODES  # (number,): segments beside rims and stops
@@ -236,9 +238,9 @@ def plan_of(
         stop_when_slack=scheme.slack == "stop",
         step=step,
         axial=made.how(exact=kernel_number(law) == EXACT),
-        uniform=mesh.uniform and axial_damping == 0.0 and not forces,
+        uniform=bool(np.ptp(h) <= 1e-12 * h[0]) and axial_damping == 0.0 and not stops.size,
         nodes=own,
-        piece=np.array([(*law_numbers(law), 1.0)] * spans),
+        piece=np.array([(law.pretension, law.axial_rigidity, law.slack_strain, 1.0, *3 * [0.0])] * spans),
         segment=np.array([h, 1.0 / h, compliance]),
         node=node,
         **rows_of_ends(ends),
@@ -255,7 +257,7 @@ def plan_of(
 
 def rows_of_ends(ends: Array) -> dict[str, Any]:
     """Rows of the ends of all pieces, shape (pieces, 2, 3, n), without their zeros."""
-    rows = ends.reshape(-1, ends.shape[-1])
+    rows = ends.reshape(6 * len(ends), ends.shape[-1])
     start = np.concatenate(([0], np.cumsum(np.count_nonzero(rows, axis=1)))).astype(np.int64)
     column = np.nonzero(rows)[1].astype(np.int64)
     return {"row_start": start, "row_column": column, "row_value": rows[rows != 0.0]}
@@ -273,7 +275,7 @@ def moved_by(
     inverse = np.zeros_like(matrix)
     inverse[free] = np.linalg.inv(matrix[free])
     mobility = np.ascontiguousarray(inverse @ rub.T)
-    alone = np.count_nonzero(rub, axis=1) == 1
+    moved = [np.flatnonzero(row) for row in rub]
     return {
         "mass": mass,
         "loss": loss,
@@ -285,7 +287,7 @@ def moved_by(
         "rub_mobility": mobility,
         "rub_own": np.einsum("kn,nk->k", rub, mobility),
         "bound": bound,
-        "stick": np.where(alone, np.argmax(rub != 0.0, axis=1), -1).astype(np.int64),
+        "stick": np.array([own[0] if own.size == 1 else -1 for own in moved], dtype=np.int64),
     }
 
 
@@ -293,11 +295,6 @@ def kernel_number(law: CableLaw) -> int:
     """Number of a law in the kernels; a subclass of a law they know is not that law."""
     kind = type(taut_law(law))
     return KERNEL_LAWS.index(kind) if kind in KERNEL_LAWS else OWN
-
-
-def law_numbers(law: CableLaw) -> tuple[float, float, float]:
-    """What a plan says of the law of a piece: pretension [N], EA [N], strain at which it is slack."""
-    return law.pretension, law.axial_rigidity, law.slack_strain
 
 
 def law_of(plan: Plan) -> CableLaw:
@@ -351,12 +348,12 @@ def _shafts(mesh: Mesh, step: float, smoothing_speed: float, dampers: Array) -> 
 
 
 def _probes(mesh: Mesh, probes: tuple[tuple[str, float], ...]) -> Array:
-    table = np.zeros((len(probes), 2))
+    table = np.zeros((len(probes), 5))
     for number, (span, place) in enumerate(probes):
         row = mesh.spans.index(span)
         ends = mesh.position[row]
         i = int(np.clip(np.searchsorted(ends, place, side="right") - 1, 0, mesh.segments - 1))
-        table[number] = row * mesh.segments + i, (place - ends[i]) / (ends[i + 1] - ends[i])
+        table[number, :2] = row * mesh.segments + i, (place - ends[i]) / (ends[i + 1] - ends[i])
     return table
 
 

@@ -314,9 +314,11 @@ def half_step_before(
 
     for k in np.flatnonzero(plan.stick >= 0):
         i, bound, smooth = plan.stick[k], plan.bound[k] * abs(plan.rub[k]).max(), plan.smooth[k]
-        if plan.wrap[k, 0] >= 0:
-            on_q[i] -= plan.rest[i]  # which friction holds
-        elif smooth > 0.0:
+        if plan.wrap[k, 0] >= 0:  # per tension of the slacker side of a wrap
+            sides = pull[:, plan.nodes[plan.wrap[k], [1, 0]] - (1, 0)]
+            sides[0] += plan.piece[plan.wrap[k], at.PRETENSION]
+            bound *= np.linalg.norm(sides, axis=0).min()
+        if smooth > 0.0:
             on_q[i] -= bound * np.tanh(q_t[i] / smooth)
         else:
             on_q[i] -= np.clip(on_q[i], -bound, bound) if q_t[i] == 0.0 else bound * np.sign(q_t[i])

@@ -1,16 +1,18 @@
 """How a run starts, and the options that travel with it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import Mesh, gradients
 from cabledrive.mechanics.statics import equilibrium
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning, nearest
 
@@ -98,7 +100,42 @@ class Start:
                 raise InputRefused(f"start: {name} = {value} {unit} must be finite: give a number")
 
 
-def place_at_start(mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, float]:
+Divided = tuple[Sequence[str], Any, Any, NDArray[np.bool_]]
+"""Names of spans, distances of their nodes from their starts, first and last node, nodes that are held."""
+
+
+def divided_spans(mesh: Mesh) -> Divided:
+    """Spans of a loop or a line as `plucked` takes them."""
+    first = mesh.segments * np.arange(len(mesh.spans))
+    return mesh.spans, mesh.position, np.stack([first, first + mesh.segments], axis=1), ~mesh.sways
+
+
+def plucked(spans: Divided, plucks: Sequence[Pluck], *, lengths: bool = False) -> Array:
+    """Displacements, or velocities, of all nodes by plucks or kicks of spans, (3, nodes) [m], [m/s]."""
+    names, positions, nodes, held_nodes = spans
+    total = np.zeros((3, held_nodes.size))
+    for pluck in plucks:
+        if pluck.span not in names:
+            raise InputRefused(f'pluck: "{pluck.span[:60]}" is no span: take one of {"; ".join(names)}')
+        k = names.index(pluck.span)
+        own, x = slice(nodes[k][0], nodes[k][1] + 1), positions[k]
+        held = held_nodes[own] if pluck.plane != "u" else np.isin(x, x[[0, -1]])  # carriages move along
+        shape = pluck.height * profile_of(pluck, x, x[held])
+        size = float(np.max(np.abs(shape)))
+        if shape.shape != x.shape or not size < (x[-1] if lengths else np.inf):
+            said = f"pluck: {size:.6g} m on {pluck.span} is longer than the span of {x[-1]:.6g} m"
+            raise InputRefused(f"{said}: lower it")
+        moved = np.flatnonzero(held & (np.abs(shape) > 1e-9 * size))
+        if moved.size:
+            raise InputRefused(
+                f"pluck: {shape[moved[0]]:.6g} at x = {x[moved[0]]:.6g} m of {pluck.span}, where a "
+                "pulley or a carriage holds it: make the profile zero there"
+            )
+        total[PLANES.index(pluck.plane), own] += np.where(held, 0.0, shape)
+    return total
+
+
+def place_at_start(drive: Drive, mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, float]:
     """Where everything is at t = 0: displacements u, v, w, shape (3, nodes), and of the rotor at the rim [m].
 
     Raises `InputRefused` if a pluck does not fit the drive, or the cable would start slack though it may not
@@ -106,18 +143,12 @@ def place_at_start(mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, floa
     """
     total, twist = _following_rims(mesh, start.drive_angle, start.load_angle, "angle"), 0.0
     if start.from_equilibrium:
-        rest = equilibrium(mesh, law, hold=start.hold)
-        total += rest.displacement
+        rest, (holding, _) = equilibrium(drive, mesh, law, hold=start.hold)
+        total += rest
         # The motor's torque or its holding stiffness carries the weights through a flexible joint, if either.
         if mesh.joint is not None and (start.hold != "none" or mesh.shafts[2].holding_stiffness != 0.0):
-            twist = mesh.shafts[0].radius * float(rest.holding_torque[0]) / mesh.joint.stiffness
-    for pluck in start.plucks:
-        shape = _shaped(mesh, pluck)
-        size, length = float(np.max(np.abs(shape))), float(mesh.position[0, -1])
-        if not size < length:
-            said = f"pluck: {size:.6g} m on the {pluck.span} span is longer than the span of {length:.6g} m"
-            raise InputRefused(f"{said}: lower it")
-        total[PLANES.index(pluck.plane)] += shape
+            twist = mesh.shafts[0].radius * holding / mesh.joint.stiffness
+    total += plucked(divided_spans(mesh), start.plucks, lengths=True)
     tension = np.asarray(law.tension(*gradients(mesh, total)))
     least = int(np.argmin(tension))
     if tension[least] < 0.0 and not law.tension_only:
@@ -132,9 +163,7 @@ def place_at_start(mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, floa
 def velocity_at_start(mesh: Mesh, start: Start) -> Array:
     """Velocities u, v, w at t = 0, (3, nodes) [m/s]; refused: a fixed pulley's, a kick that does not fit."""
     total = _following_rims(mesh, start.drive_speed, start.load_speed, "speed")
-    for kick in start.kicks:
-        total[PLANES.index(kick.plane)] += _shaped(mesh, kick)
-    return total
+    return total + plucked(divided_spans(mesh), start.kicks)
 
 
 def _following_rims(mesh: Mesh, drive: float, load: float, what: str) -> Array:
@@ -151,27 +180,6 @@ def _following_rims(mesh: Mesh, drive: float, load: float, what: str) -> Array:
         share = mesh.position[number] / mesh.position[number, -1]
         first, last = rims[number], rims[1 - number]
         total[0, mesh.span_nodes(span)] = first + (last - first) * share
-    return total
-
-
-def _shaped(mesh: Mesh, pluck: Pluck) -> Array:
-    """Displacement or velocity of all nodes by one pluck or kick."""
-    if pluck.span not in mesh.spans:
-        raise InputRefused(f"pluck: there is no {pluck.span} span: write {' or '.join(mesh.spans)}")
-    nodes = mesh.span_nodes(pluck.span)
-    x = mesh.position[mesh.spans.index(pluck.span)]
-    held = ~mesh.sways[nodes]
-    if pluck.plane == "u":
-        held[1:-1] = False  # a guided carriage moves along its rail
-    shape = pluck.height * profile_of(pluck, x, x[held])
-    moved = np.flatnonzero(held & (np.abs(shape) > 1e-9 * np.max(np.abs(shape))))
-    if moved.size:
-        raise InputRefused(
-            f"pluck: {shape[moved[0]]:.6g} at x = {x[moved[0]]:.6g} m of the {pluck.span} span, where a "
-            "pulley or a guided carriage holds it: make the profile zero there"
-        )
-    total = np.zeros(mesh.nodes)
-    total[nodes] = np.where(held, 0.0, shape)
     return total
 
 

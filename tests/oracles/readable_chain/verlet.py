@@ -42,7 +42,7 @@ def observed(plan, law, before, after, gradients, torque, row):
 
     along = [0.5 * mass[own] @ velocity[0, own] ** 2 for own in inner]
     across = [0.5 * mass[own] @ np.sum(velocity[1:, own] ** 2, axis=0) for own in inner]
-    probes = [(1.0 - share) * x[:, int(i)] + share * x[:, int(i) + 1] for i, share in plan.probe]
+    probes = [(1.0 - share) * x[:, int(i)] + share * x[:, int(i) + 1] for i, share, *_ in plan.probe]
     springs = 0.5 * q @ plan.stiffness @ q - plan.rest @ q
     energies = [-np.sum(weight * x[[0, 2]]), 0.5 * turning @ plan.mass @ turning, springs]
     done = 0.5 * (before.tallies[0] + after.tallies[0])

@@ -1,6 +1,6 @@
 """Everything that is decided before the first step of a run of a network."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
@@ -11,7 +11,7 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.statics import unheld_words
-from cabledrive.modal.ranges import ALLOWED, sag_words
+from cabledrive.modal.ranges import ALLOWED, AT_PULLEYS, sag_words, turned_at_pulleys
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
@@ -26,12 +26,12 @@ from cabledrive.simulation.channels import (
     Channel,
 )
 from cabledrive.simulation.methods import time_grid
-from cabledrive.simulation.network.mesh import NetworkMesh, network_mesh, network_plan
+from cabledrive.simulation.network.mesh import NetworkMesh, Rest, network_mesh, network_plan, rest_of
 from cabledrive.simulation.plan import new_state
 from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
 from cabledrive.simulation.result import NetworkResult, neglected
 from cabledrive.simulation.signals import Function, Signal, checked_signal
-from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, profile_of
+from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, plucked
 
 
 @described
@@ -46,38 +46,30 @@ class NetworkStart:
     speeds: Mapping[str, float] = meaning("the same of their speeds [m/s], [rad/s]", factory=dict)
 
 
+def by_name(names: tuple[str, ...], given: Mapping[str, float], what: str) -> Array:
+    """Coordinates of a start that are given by their names, 0 of others, (n,)."""
+    for name, value in given.items():
+        if name not in names or not np.isfinite(value):
+            raise InputRefused(
+                f'start: {what} of "{str(name)[:60]}" = {value}: take one of {", ".join(names)}, finite'
+            )
+    return np.array([given.get(name, 0.0) for name in names])
+
+
 def placed(
     mesh: NetworkMesh, given: Mapping[str, float], what: str, plucks: tuple[Pluck, ...]
 ) -> tuple[Array, Array]:
     """Displacements or velocities of nodes and coordinates; ropes follow their ends linearly."""
-    q, x = np.zeros(len(mesh.names)), np.zeros((3, mesh.size))
-    for name, value in given.items():
-        if name not in mesh.names:
-            raise InputRefused(f'start: {what} of "{str(name)[:60]}": take one of {", ".join(mesh.names)}')
-        if not np.isfinite(value):
-            raise InputRefused(f"start: {what} of {name} = {value} must be finite")
-        q[mesh.names.index(name)] = value
+    q, x = by_name(mesh.names, given, what), np.zeros((3, mesh.size))
+    positions = [
+        np.linspace(0.0, own, b - a + 1) for own, (a, b) in zip(mesh.length, mesh.nodes, strict=True)
+    ]
     for k, (first, last) in enumerate(mesh.nodes):
-        share = mesh.position(k) / mesh.length[k]
+        share = positions[k] / mesh.length[k]
         ends = [mesh.ends[k, side] @ q for side in range(2)]
         x[:, first : last + 1] = ends[0][:, None] + (ends[1] - ends[0])[:, None] * share
-    for pluck in plucks:
-        if pluck.span not in mesh.pieces:
-            raise InputRefused(f'pluck: "{pluck.span[:60]}" is no span: take one of {"; ".join(mesh.pieces)}')
-        k = mesh.pieces.index(pluck.span)
-        first, last = mesh.nodes[k]
-        x[PLANES.index(pluck.plane), first : last + 1] += _shape(pluck, mesh.position(k))
-    return x, q
-
-
-def _shape(pluck: Pluck, x: Array) -> Array:
-    """Profile of a pluck along one piece, zero at its ends."""
-    if not abs(pluck.height) < x[-1]:
-        raise InputRefused(f"pluck: {pluck.height:.6g} m is longer than its span of {x[-1]:.6g} m: lower it")
-    profile = pluck.height * profile_of(pluck, x, x[[0, -1]])
-    if profile.shape != x.shape or not np.isfinite(profile).all() or abs(profile[[0, -1]]).max() > 1e-12:
-        raise InputRefused("pluck: the profile must be finite, and zero at both ends of its span")
-    return profile
+    held = np.isin(np.arange(mesh.size), mesh.nodes)
+    return x + plucked((mesh.pieces, positions, mesh.nodes, held), plucks, lengths=True), q
 
 
 def routed_channels(
@@ -108,7 +100,7 @@ _SINCE = "since the start"
 _STANDING = (
     ("rope_energy", "kinetic energy of the ropes"),
     ("body_energy", "kinetic energy of bodies, pulleys and motors"),
-    ("strain_energy", "elastic energy of the ropes above that at rest"),
+    ("strain_energy", "energy of the ropes above that at rest, elastic and of their weight"),
     ("spring_energy", "energy of springs and of turning bodies above that at rest"),
     ("torque_work", f"work of the torques {_SINCE}"),
     ("transverse_loss", f"energy lost to transverse damping {_SINCE}"),
@@ -143,15 +135,20 @@ class NetworkCase(RopeRun):
     """A run of a machine with routes that has not begun; torques: beyond what holds it at rest."""
 
     mesh: NetworkMesh
+    rest: Rest
 
     def columns(self, found: Array) -> Array:
         """The columns of a machine with routes, from what the kernels record."""
         pieces, n = len(self.plan.nodes), len(self.mesh.names)
         edges = np.cumsum([pieces, pieces, 2 * pieces, pieces, 3 * pieces, 1, 1, 1, TALLIES, 1, 2 * n])
         parts = np.split(found, edges, axis=1)
-        mean, least, ropes, strain, middle, _, bodies, springs, tallies, balance, places, torque = parts
+        mean, least, ropes, strain, middle, weights, bodies, springs, *parts = parts
+        tallies, balance, places, torque = parts
+        # the constant forces that hold the ropes' ends at rest are theirs
+        ends = (places[:, :n] @ self.rest.force)[:, None]
         lost = tallies[:, [TORQUE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS]]
         ropes, strain = (own.sum(axis=1, keepdims=True) for own in (ropes, strain))
+        strain, springs = strain + weights + ends - self.rest.energy, springs - ends
         return np.hstack([places, torque, mean, least, middle, ropes, bodies, strain, springs, lost, balance])
 
     def place(self, piece: int, segment: int) -> tuple[str, float]:
@@ -172,14 +169,15 @@ class NetworkCase(RopeRun):
             **common_of_routes(self, outcome, mesh.names),
             spans=mesh.pieces,
             energy_handled=max(float(energies), 0.0) + work,
-            energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length)),
+            energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length))
+            + abs(self.rest.energy),
             midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
             slack_events=self.slack_events(state),
             largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
             assumptions=_ASSUMPTIONS + left_out(mesh.network.drive),
             doubts=(
                 *unheld_words(mesh.network.motion, mesh.network.statics),
-                *sag_words(mesh.network, least=ALLOWED),
+                *_sag_doubts(self),
             ),
             provenance=self.provenance(
                 {"motor": mesh.network.motion.motor}, torque=[signal.fingerprint for signal in self.torques]
@@ -188,10 +186,23 @@ class NetworkCase(RopeRun):
 
 
 _ASSUMPTIONS = (
-    "motion about the state of rest: lengths, wraps and directions of spans stay those at rest",
-    "each span has its mean tension at rest and is straight: its own weight and sag are left out",
+    "motion about the state of rest: wraps and directions of spans stay those at rest",
+    "ropes leave their pulleys where straight ones would, and hang between",
     "torque: beyond what holds the machine at rest",
 )
+
+
+def _sag_doubts(case: NetworkCase) -> Iterator[str]:
+    """What a run leaves out of the sag of its spans, where it matters."""
+    network = case.mesh.network
+    if case.law_name == "linear":
+        yield from sag_words(network, least=ALLOWED)
+    for span, square in turned_at_pulleys(network).items():
+        if (error := AT_PULLEYS * square) > ALLOWED:
+            yield (
+                f"sag turns span {span} where it leaves its pulleys, which is left out and moves its "
+                f"frequencies by up to {error:.2g}"
+            )
 
 
 def common_of_routes(case: PreparedRun, outcome: Outcome, names: tuple[str, ...]) -> dict[str, Any]:
@@ -229,9 +240,10 @@ def network_case(
     laws = [cable_law(one, scheme.model, tension_only=slack) for one in cables]
     grid = time_grid(duration, largest_network_step(mesh, laws), scheme, recording.rate, mesh.size)
     torques = motor_torques(mesh.driven, torque, duration, grid.step)
+    rest = rest_of(mesh, laws)
     x, q = placed(mesh, start.places, "places", start.plucks)
     x_t, q_t = placed(mesh, start.speeds, "speeds", ())
-    plan = network_plan(mesh, laws, step=grid.step, stop_when_slack=scheme.slack == "stop")
+    plan = network_plan(mesh, laws, rest, step=grid.step, stop_when_slack=scheme.slack == "stop")
     return NetworkCase(
         machine=drive,
         scheme=scheme,
@@ -242,8 +254,9 @@ def network_case(
         holding=np.zeros(len(torques)),
         plan=plan,
         laws=laws,
-        start=new_state(plan, x, x_t, q, q_t),
+        start=new_state(plan, rest.x + x, x_t, q, q_t),
         mesh=mesh,
+        rest=rest,
         settings={
             "torque": [signal.fingerprint for signal in torques],
             "start": sha256(b"".join(array.tobytes() for array in (x, x_t, q, q_t))).hexdigest(),
@@ -268,8 +281,16 @@ def largest_network_step(mesh: NetworkMesh, laws: list[CableLaw]) -> float:
     return float(share * 2.0 / np.sqrt(ropes + springs))
 
 
-def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording) -> None:
+def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:
+    """What no run of a machine with routes has: whether it is there, and what to do."""
     running = next((data.name for data in drive.route if data.speed), "")
+    return [
+        (running, f'route "{running}" runs (speed), and only ropes at rest are simulated: set it to 0'),
+        (any(own.backlash for own in drive.motor), "motor.backlash is not simulated on routes: set it to 0"),
+    ]
+
+
+def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording) -> None:
     both = zip(drive.route, drive.ropes, strict=True)
     damped = next((data.name for data, rope in both if rope.axial_damping), "")
     for refused, why in (
@@ -279,15 +300,11 @@ def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording) -> None:
             recording.fields or recording.probes,
             "whole fields and probes are not kept of routes: leave them out",
         ),
-        (running, f'route "{running}" runs (speed); only ropes at rest are simulated'),
+        *never_simulated(drive),
         (
             damped and scheme.slack == "tension-only",
             f'a rope that goes slack with axial_damping (route "{damped}") is not simulated: '
             "set axial_damping to 0, or leave --tension-only out",
-        ),
-        (
-            any(motor.backlash for motor in drive.motor),
-            "motor.backlash is not simulated on routes: set it to 0",
         ),
     ):
         if refused:

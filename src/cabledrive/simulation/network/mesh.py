@@ -1,4 +1,9 @@
-"""A network of spans divided into segments, with wraps where ropes slide, dry friction and axial damping."""
+r"""A network of spans divided into segments, with wraps where ropes slide, dry friction and axial damping.
+
+A piece of rope is N segments of equal unstretched length; the reference of its cable law is a straight line
+under its mean tension at rest. Under gravity it hangs as `cabledrive.mechanics.statics` says. Coordinates are
+zero at rest.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,10 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.mesh import check_segments
 from cabledrive.mechanics.network import Network
 from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.span_table import next_span
+from cabledrive.mechanics.statics import hanging_gradients, segment_forces
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation import plan as at
@@ -19,7 +26,6 @@ from cabledrive.simulation.dampers import eliminated
 from cabledrive.simulation.plan import (
     Plan,
     kernel_number,
-    law_numbers,
     moved_by,
     rows_of_ends,
 )
@@ -52,11 +58,6 @@ def wraps_of(network: Network) -> tuple[Wrap, ...]:
     return tuple(found)
 
 
-AXES = (ALONG, OUT_OF_PLANE, ACROSS)
-"""Directions of u, v, w."""
-FEWEST_SEGMENTS, MOST_NODES = 2, 10_000_000
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NetworkMesh:
     """Pieces of rope between joints, each of equal segments, and the coordinates q that move their ends."""
@@ -66,11 +67,9 @@ class NetworkMesh:
     names: tuple[str, ...]  # of the coordinates; "slip at NAME" where the rope may slide on a pulley
     pieces: tuple[str, ...]  # names: the span's, with a number where carriages cut it
     nodes: Integers  # (pieces, 2): first and last node
-    length: Array  # (pieces,): under the tension at rest [m]
+    length: Array  # (pieces,): under the mean tension at rest [m]
     spacing: Array  # (pieces,) [m]
     density: Array  # (pieces,) [kg/m]
-    transverse_damping: Array  # (pieces,) [1/s]
-    axial_damping: Array  # (pieces,): of one rope [N s]
     tension: Array  # (pieces,): mean at rest, of one rope [N]
     rigidity: Array  # (pieces,): EA of one rope [N]
     ropes: Array  # (pieces,)
@@ -86,41 +85,31 @@ class NetworkMesh:
         """Number of nodes."""
         return int(self.nodes[-1, 1]) + 1
 
-    def position(self, piece: int) -> Array:
-        """Distances of a piece's nodes from its start [m]."""
-        first, last = self.nodes[piece]
-        return np.linspace(0.0, float(self.length[piece]), int(last - first) + 1)
-
 
 def network_mesh(network: Network, segments: int) -> NetworkMesh:
     """Divide the spans of a machine; ``segments``: of the longest piece, others in proportion."""
-    if not isinstance(segments, int) or segments < FEWEST_SEGMENTS:
-        raise InputRefused(
-            f"segments = {segments!r} must be a whole number of at least {FEWEST_SEGMENTS}: give one"
-        )
+    check_segments(segments, fewest=2)
     drive, wraps = network.drive, wraps_of(network)
     ropes = [piece.rope for piece in network.pieces]
-    length = np.array([piece.length for piece in network.pieces])
+    chord = np.array([piece.length for piece in network.pieces])
     tension = np.array([0.5 * (piece.start_tension + piece.end_tension) for piece in network.pieces])
     rigidity = np.array([rope.axial_rigidity for rope in ropes])
-    count = np.maximum(1, np.rint(segments * length / length.max())).astype(np.int64)
-    if int(count.sum()) > MOST_NODES:
-        raise InputRefused(
-            f"segments = {segments}: {count.sum()} in all, at most {MOST_NODES} are taken: fewer"
-        )
-    spacing, density = length / count, np.array([rope.density for rope in ropes]) / (1.0 + tension / rigidity)
+    count = np.maximum(1, np.rint(segments * chord / chord.max())).astype(np.int64)
+    stretch = 1.0 + tension / rigidity
+    length = stretch * np.array([piece.rest.length for piece in network.pieces])
+    spacing, density = length / count, np.array([rope.density for rope in ropes]) / stretch
     last = np.cumsum(count + 1) - 1
     nodes = np.stack([last - count, last], axis=1)
     moved, n = len(network.motion.names), len(network.motion.names) + len(wraps)
     ends = np.zeros((len(ropes), 2, 3, n))
     for number, piece in enumerate(network.pieces):
-        for axis, way in enumerate(AXES):
+        for axis, way in enumerate((ALONG, OUT_OF_PLANE, ACROSS)):
             ends[number, :, axis, :moved] = piece.rows[way]
     for number, wrap in enumerate(wraps, start=moved):  # a rope that slips moves the ends on both its sides
         ends[wrap.before, 1, 0, number] = ends[wrap.behind, 0, 0, number] = 1.0
     lines = network.ropes[::3].astype(np.float64)
     half = 0.5 * lines * density * spacing
-    mass = _padded(network.masses.matrix, n)
+    mass = np.pad(network.masses.matrix, (0, len(wraps)))
     mass += np.einsum("k,kaxi,kaxj->ij", half, ends, ends)
     return NetworkMesh(
         network=network,
@@ -131,24 +120,16 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
         length=length,
         spacing=spacing,
         density=density,
-        transverse_damping=np.array([rope.transverse_damping for rope in ropes]),
-        axial_damping=np.array([rope.axial_damping for rope in ropes]),
         tension=tension,
         rigidity=rigidity,
         ropes=lines,
         ends=ends,
         mass=mass,
-        stiffness=_padded(network.springs.matrix + network.geometric, n),
-        damping=_padded(network.dampers.matrix, n),
+        stiffness=np.pad(network.springs.matrix + network.geometric, (0, len(wraps))),
+        damping=np.pad(network.dampers.matrix, (0, len(wraps))),
         driven=tuple(drive.pulley[number].name for number in drive.turned),
         motor=np.pad(turns_by_torque(network), ((0, 0), (0, len(wraps)))),
     )
-
-
-def _padded(matrix: Array, n: int) -> Array:
-    total = np.zeros((n, n))
-    total[: len(matrix), : len(matrix)] = matrix
-    return total
 
 
 def piece_names(network: Network) -> tuple[str, ...]:
@@ -162,10 +143,8 @@ def piece_names(network: Network) -> tuple[str, ...]:
     )
 
 
-def rubbing_of(
-    network: Network, wraps: Sequence[Wrap], tension: Array
-) -> tuple[Array, Array, Integers, Array]:
-    """All Coulomb friction; ``tension``, shape (pieces,): at rest, of one rope [N].
+def rubbing_of(network: Network, wraps: Sequence[Wrap]) -> tuple[Array, Array, Integers, Array]:
+    """All Coulomb friction.
 
     Returns rows (k, n): speed of what rubs per speed of the coordinates; largest friction (k,) [N], [N m], of
     a wrap per tension of its slacker side; pieces (k, 2) before and behind a wrap, -1 elsewhere; difference
@@ -175,35 +154,68 @@ def rubbing_of(
     first, n = len(parts.values), moved + len(wraps)
     rows, rest = np.zeros((first + len(wraps), n)), np.zeros(n)
     rows[:first, :moved], rows[first:, moved:] = parts.rows, np.eye(len(wraps))
-    rest[moved:] = [wrap.ropes * (tension[wrap.behind] - tension[wrap.before]) for wrap in wraps]
+    for number, wrap in enumerate(wraps, start=moved):
+        before, behind = network.pieces[wrap.before], network.pieces[wrap.behind]
+        rest[number] = wrap.ropes * (behind.start_tension - before.end_tension)
     bound = np.append(parts.values, [wrap.ropes * wrap.factor for wrap in wraps])
     beside = [(-1, -1)] * first + [(wrap.before, wrap.behind) for wrap in wraps]
     return rows, bound, np.array(beside, dtype=np.int64).reshape(-1, 2), rest
 
 
-def tables_of(mesh: NetworkMesh, step: float) -> tuple[Array, Array]:
-    """Tables of the segments, (3, nodes - 1), and of the nodes, (9, nodes); ``step`` [s]."""
+class Rest(NamedTuple):
+    """A divided network at rest."""
+
+    x: Array  # (3, nodes): displacements u, v, w of the nodes, from the straight line of each piece [m]
+    weight: Array  # (2, nodes): of the nodes of one rope, along and across [N]
+    force: Array  # (n,): of the ropes on the coordinates, the pretension's own left out [N], [N m]
+    energy: float  # of ropes and their weight, above that of the straight lines [J]
+
+
+def rest_of(mesh: NetworkMesh, laws: Sequence[CableLaw]) -> Rest:
+    """How the ropes hang; ``laws``: of each piece."""
+    x, weight = np.zeros((3, mesh.size)), np.zeros((2, mesh.size))
+    force, energy = np.zeros(len(mesh.names)), 0.0
+    for k, (law, (first, last)) in enumerate(zip(laws, mesh.nodes.tolist(), strict=True)):
+        carried = segment_forces(mesh.network.pieces[k].rest, last - first)
+        u_x, w_x = hanging_gradients(law, *carried)
+        x[::2, first + 1 : last + 1] = np.cumsum([u_x, w_x], axis=1) * mesh.spacing[k]
+        weight[:, first + 1 : last] = -np.diff(carried)
+        pulls = np.stack(law.excess_components(u_x, 0.0 * w_x, w_x))
+        force += mesh.ropes[k] * (pulls[:, 0] @ mesh.ends[k, 0] - pulls[:, -1] @ mesh.ends[k, 1])
+        stored = mesh.spacing[k] * law.energy_density(u_x, 0.0 * w_x, w_x).sum()
+        energy += mesh.ropes[k] * (stored - np.sum(weight[:, first:last] * x[::2, first:last]))
+    return Rest(x, weight, force, float(energy))
+
+
+def tables_of(mesh: NetworkMesh, weight: Array, step: float) -> tuple[Array, Array]:
+    """Tables of the segments, (3, nodes - 1), and of the nodes, (9, nodes); weights (2, nodes), step [s]."""
     segment, node = np.zeros((3, mesh.size - 1)), np.zeros((9, mesh.size))
     for k, (first, last) in enumerate(mesh.nodes):
-        h, inner = float(mesh.spacing[k]), slice(first + 1, last)
-        mass, damped = float(mesh.density[k] * h), 0.5 * step * float(mesh.transverse_damping[k])
+        h, inner, rope = float(mesh.spacing[k]), slice(first + 1, last), mesh.network.pieces[k].rope
+        mass, damped = float(mesh.density[k] * h), 0.5 * step * rope.transverse_damping
         segment[:2, first:last] = [[h], [1.0 / h]]
         node[[at.KICK_U, at.KICK_T, at.KEEP_T, at.MASS], inner] = [
             [step / mass], [step / mass / (1.0 + damped)], [(1.0 - damped) / (1.0 + damped)], [mass]
         ]  # fmt: skip
-        node[at.DRAG, inner] = mesh.transverse_damping[k] * mass * mesh.ropes[k]
-        if damping := float(mesh.axial_damping[k]) * (1.0 + float(mesh.tension[k] / mesh.rigidity[k])):
+        node[at.DRAG, inner] = rope.transverse_damping * mass * mesh.ropes[k]
+        node[at.WEIGHT_U : at.WEIGHT_W + 1, first : last + 1] = weight[:, first : last + 1] * mesh.ropes[k]
+        if damping := rope.axial_damping * (1.0 + float(mesh.tension[k] / mesh.rigidity[k])):
             segment[at.COMPLIANCE, first:last] = h / damping
+    node[[at.FALL_U, at.FALL_W]] = node[[at.KICK_U, at.KICK_T]] * weight
     return segment, node
 
 
-def network_plan(mesh: NetworkMesh, laws: list[CableLaw], *, step: float, stop_when_slack: bool) -> Plan:
-    """Numbers of one run; ``laws``: of each piece; ``step``: time step [s]."""
-    segment, node = tables_of(mesh, step)
+def network_plan(
+    mesh: NetworkMesh, laws: list[CableLaw], rest: Rest, *, step: float, stop_when_slack: bool
+) -> Plan:
+    """Numbers of one run; ``laws``: of each piece; ``rest``: how they hang; ``step``: time step [s]."""
+    segment, node = tables_of(mesh, rest.weight, step)
     made = eliminated(mesh.nodes, segment[at.COMPLIANCE], node[at.KICK_U], mesh.ropes, mesh.ends[:, :, 0])
-    rub, bound, wrap, rest = rubbing_of(mesh.network, mesh.wraps, mesh.tension)
-    middle = mesh.nodes.sum(axis=1) / 2.0
-    probe = np.stack([middle // 1.0, middle % 1.0], axis=1)
+    rub, bound, wrap, held = rubbing_of(mesh.network, mesh.wraps)
+    middle = mesh.nodes.sum(axis=1) // 2
+    half = mesh.nodes.sum(axis=1) % 2 / 2.0
+    middles = (1.0 - half) * rest.x[:, middle] + half * rest.x[:, middle + 1]
+    numbers = [(law.pretension, law.axial_rigidity, law.slack_strain) for law in laws]
     if (number := kernel_number(laws[0])) == at.OWN:
         raise InputRefused(
             'kind = "route": laws of one\'s own are not simulated on routes: take a packaged law'
@@ -216,17 +228,17 @@ def network_plan(mesh: NetworkMesh, laws: list[CableLaw], *, step: float, stop_w
         axial=made.how(exact=number == at.EXACT),
         uniform=False,
         nodes=mesh.nodes,
-        piece=np.array([(*law_numbers(law), ropes) for law, ropes in zip(laws, mesh.ropes, strict=True)]),
+        piece=np.column_stack([numbers, mesh.ropes, rest.x[:, mesh.nodes[:, 1]].T]),
         segment=segment,
         node=node,
         **rows_of_ends(mesh.ends),
-        **moved_by(mesh.mass, (mesh.damping, made.loss), np.ones(len(rest)), step, rub, bound),
+        **moved_by(mesh.mass, (mesh.damping, made.loss), np.ones(len(held)), step, rub, bound),
         stiffness=mesh.stiffness,
         damping=np.stack([mesh.damping, np.zeros_like(mesh.damping)]),
-        rest=rest,
+        rest=held - rest.force,
         motor=mesh.motor,
         smooth=np.zeros(bound.size),
         wrap=wrap,
         damper=made.table,
-        probe=probe,
+        probe=np.column_stack([middle, half, middles.T]),
     )

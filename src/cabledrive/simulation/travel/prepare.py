@@ -7,6 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.holding import HOLDING, motor_condition
+from cabledrive.mechanics.mesh import check_segments
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import gravity
@@ -14,7 +15,13 @@ from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.methods import time_grid
-from cabledrive.simulation.network.case import NetworkStart, motor_torques, routed_channels
+from cabledrive.simulation.network.case import (
+    NetworkStart,
+    by_name,
+    motor_torques,
+    never_simulated,
+    routed_channels,
+)
 from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
 from cabledrive.simulation.start import Recording, Scheme
@@ -65,7 +72,7 @@ def travel_case(
         network, counts, shortest, rotors, step=grid.step, prescribed=way is not None
     )
     spans = tuple(span.name for span in network.drive.free_spans)
-    q_t = _speeds(network.motion.names, start)
+    q_t = by_name(network.motion.names, start.speeds, "speeds")
     return TravelCase(
         machine=network.drive,
         scheme=scheme,
@@ -98,7 +105,6 @@ def _check(
     foreign = scheme.model != "exact" or scheme.method != "verlet" or scheme.friction != "stick-slip"
     turning = next((body.name for body in drive.body if "turn" in body.moves), "")
     guide = next((pulley.name for pulley in drive.pulley if pulley.fixed), "")
-    running = next((data.name for data in drive.route if data.speed), "")
     held = move is None and motor_condition(drive) == HOLDING
     for refused, why in (
         (foreign, "only the exact law with verlet and stick-slip: leave the others out"),
@@ -111,11 +117,7 @@ def _check(
         (drive.carriage, "a [[carriage]] clamped to a rope would run over its pulleys: leave it out"),
         (turning, f"body {turning} turns; only bodies that slide travel: leave out its moves"),
         (guide, f"rope does not run over the guide {guide}: let it turn"),
-        (running, f'it begins at rest, route "{running}" runs: set its speed to 0'),
-        (
-            any(motor.backlash for motor in drive.motor),
-            "motor.backlash is not simulated on routes: set it to 0",
-        ),
+        *never_simulated(drive),
         (held, "holding_stiffness keeps the motor in its place: give --move, or take it out"),
     ):
         if refused:
@@ -124,21 +126,13 @@ def _check(
         raise InputRefused(f"rise = {move.rise} s must be above 0 and finite: give the time of the move")
 
 
-def _speeds(names: tuple[str, ...], start: NetworkStart) -> Array:
-    for name, speed in start.speeds.items():
-        if name not in names or not np.isfinite(speed):
-            raise InputRefused(f'start: speed {speed} of "{str(name)[:60]}": take one of {", ".join(names)}')
-    return np.array([start.speeds.get(name, 0.0) for name in names])
-
-
 def _lengths(network: Network) -> Array:
     return np.array([span.length for span in network.drive.free_spans])
 
 
 def _counts(network: Network, way: Way | None, segments: int) -> Integers:
     """Cells of each span, most in the one that becomes longest."""
-    if not isinstance(segments, int) or segments < 1:
-        raise InputRefused(f"segments = {segments!r} must be a whole number of at least 1: give one")
+    check_segments(segments, fewest=1)
     longest = _lengths(network)
     for pose in way.networks if way is not None else []:
         longest = np.maximum(longest, _lengths(pose))
@@ -165,7 +159,7 @@ def _plan(
         if motion.body_of(ends[s][side]) is not None:
             said = f'kind = "route", travel: the drum {ends[s][side].name} rides on a body'
             raise InputRefused(f"{said}, whose mass would change: put it on the ground")
-    rub, bound, wrap, _ = rubbing_of(network, [], network.statics.mean)
+    rub, bound, wrap, _ = rubbing_of(network, [])
     frictions = bound.size
     plan = TravelPlan(
         step=step,

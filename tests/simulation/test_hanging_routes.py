@@ -1,0 +1,100 @@
+"""Machines with routes that hang: modes about catenaries, loops, a closed form, and rest that stays."""
+
+import numpy as np
+import pytest
+from kernel_cases import heard
+
+import cabledrive as cd
+from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.simulation import Recording, Scheme, Start
+from cabledrive.simulation.network import NetworkStart
+from cabledrive.simulation.network.case import network_case
+from oracles.hanging_machine import catenary_sag
+
+
+def cableway(irvine, *, kind="line", slope=0.0, fixed=(True, True), damped=0.0, cabin=True):
+    """A rope of 40 m and 1 kN of pretension with a cabin of 3 kg that hangs on it, EA 500 times as much."""
+    weight = 1000.0 * np.sqrt(irvine / 500.0) / 40.0
+    return cd.Drive(
+        schema=1,
+        name="cableway",
+        kind=kind,
+        cable=cd.Cable(
+            given_rigidity=5e5, mass_per_length=weight / 9.81, pretension=1000.0, axial_damping=damped
+        ),
+        layout=cd.Layout(span_length=40.0, inclination=np.radians(slope), gravity=9.81),
+        pulley=tuple(cd.Pulley(radius=0.1, inertia=0.05, fixed=own) for own in fixed),
+        carriage=(cd.Carriage(mass=3.0, position=40.0 / 3.0, guided=False),) if cabin else (),
+    )
+
+
+@pytest.mark.parametrize("irvine", [1.0, 30.0, 120.0])
+def test_a_hanging_cabin_rings_at_the_modes_about_its_catenary(irvine, measured):
+    """Waves along and across are coupled by the sag: the lowest in the plane, with order two."""
+    drive = as_machine(cableway(irvine, slope=20.0))
+    exact = np.sort([mode.frequency for mode in cd.modes(drive).modes if mode.plane != "v"])[:2]
+    errors = []
+    for segments in (20, 40):
+        run = cd.simulate(
+            drive,
+            400.0,
+            start=NetworkStart(speeds={"carriage 0 along": 1e-5, "carriage 0 across": 1e-4}),
+            scheme=Scheme(segments=segments),
+            recording=Recording(rate=20.0),
+        )
+        signal = sum(run.channel(f"w at the middle of {span}") for span in run.spans)
+        errors.append(heard(signal, run.time[1], exact) / exact - 1.0)
+    limit = np.abs(4.0 * errors[1] - errors[0]).max() / 3.0
+    order = np.log2(np.abs(errors[0]).max() / np.abs(errors[1]).max())
+    measured(f"Irvine parameter {irvine:g}: order {order:.2f}, limit within {limit:.1e}")
+    assert order == pytest.approx(2.0, abs=0.1)
+    assert limit < 1e-6, limit
+
+
+@pytest.mark.parametrize("kind, cabin", [("loop", True), ("line", False)])
+def test_a_loop_that_hangs_moves_as_the_route_that_it_is(kind, cabin, measured):
+    """On a slope, damped, from where it hangs: the difference falls with the square of the segments."""
+    drive = cableway(30.0, kind=kind, slope=20.0, fixed=(True, False), damped=200.0, cabin=cabin)
+    share = {"carriage 0 along": 0.1 / 3.0} if cabin else {}
+    apart = []
+    for segments in (24, 48):
+        common = {"scheme": Scheme(segments=segments), "recording": Recording(rate=500.0)}
+        start = Start(from_equilibrium=True, load_speed=1.0)
+        loop = cd.simulate(drive, 0.5, start=start, **common)
+        start = NetworkStart(speeds={"load pulley": -1.0} | share)
+        found = cd.simulate(as_machine(drive), 0.5, start=start, **common)
+        turned = loop.load_angle - loop.load_angle[0]
+        apart.append(np.abs(turned + found.channel("load pulley")).max() / np.abs(turned).max())
+        assert found.energy_budget_error < 1e-5, found.energy_budget_error
+    measured(f"hanging {kind} as a route: {apart[0]:.1e}, {apart[1]:.1e}")
+    assert apart[1] < 1e-4
+    assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_rope_between_anchors_hangs_as_the_catenary_formula_says():
+    drive = cableway(30.0, cabin=False)
+    expected, _ = catenary_sag(drive)
+    errors = [
+        np.abs(network_case(as_machine(drive), 1.0, scheme=Scheme(segments=n)).rest.x[2]).max() / expected - 1
+        for n in (20, 40)
+    ]
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+    assert abs(errors[1]) < 1e-3
+
+
+@pytest.mark.parametrize("model", ["exact", "weak-consistent", "linear"])
+@pytest.mark.parametrize("name", ["lift-2-to-1", "camera-winches", "cableway"])
+def test_a_machine_under_gravity_stays_where_it_hangs(name, model):
+    """Thousands of steps from rest move nothing beyond round-off, whatever the cable law."""
+    hung = cableway(120.0, kind="loop", slope=20.0, fixed=(True, False))
+    drive = as_machine(hung) if name == "cableway" else cd.load_drive(name)
+    run = cd.simulate(drive, 1.0, scheme=Scheme(segments=20, model=model), recording=Recording(rate=50.0))
+    moved = max(np.abs(list(run.extremes.values())).max(), max(run.midpoint_peaks.values()))
+    assert run.steps > 100
+    assert moved < 1e-11, moved
+
+
+@pytest.mark.parametrize("model, named", [("exact", False), ("linear", True)])
+def test_a_linear_run_names_the_spans_whose_sag_it_leaves_out(model, named):
+    run = cd.simulate(as_machine(cableway(30.0)), 1e-2, scheme=Scheme(segments=20, model=model))
+    assert any("first mode" in line for line in run.doubts) == named
