@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from cabledrive.modal import longitudinal_modes, modes, natural_frequencies
 from cabledrive.modal.lowest import against_rigid_supports
+from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequencies
 from cabledrive.parameters import Carriage, Drive, Layout, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.simulation import Pluck, Scheme, Start, simulate

@@ -239,7 +239,7 @@ def test_a_network_in_modes_responds_as_its_exact_waves(name, measured):
         modes = np.linalg.solve(z * np.eye(2 * k) - numbers.along, numbers.push[:, 0])
         hold = (1.0 - np.exp(-1j * omega * cable.interval)) / (1j * omega * cable.interval)
         found = rows @ modes[:k] / hold
-        turn = rotor_turn(network.motion, network.drive.driven[0])
+        turn = network.motion.dense(rotor_turn(network.motion, network.drive.driven[0]))[0]
         exact = network_response(network, np.array([omega]), turn, np.eye(rows.shape[0]))[0]
         gaps.append(float(np.abs(found - exact).max() / np.abs(exact).max()))
     measured(f"{name}: {100 * max(gaps):.2g} % of the largest motion up to a fifth of the highest mode")

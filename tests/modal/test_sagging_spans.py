@@ -22,6 +22,7 @@ from cabledrive.parameters.route.parts import (
     RoutedPulley,
     RouteLayout,
 )
+from cabledrive.parameters.route.two_pulleys import as_machine
 from network_samples import rope_of
 from oracles import hanging_machine
 from oracles.rope_fem import HangingRope
@@ -190,6 +191,19 @@ def test_random_machines_that_sag_have_the_modes_of_the_divided_cable(seeds, mea
     assert worst < 1.0
     assert certified < 1e-3
     assert straight > 0.02
+
+
+@pytest.mark.parametrize(("name", "least", "most"), [("camera-line", 4e-3, 6e-3), ("ropeway", 1e-2, 1.4e-2)])
+def test_lines_that_leave_their_drums_steeply_are_not_certified(name, least, most, measured):
+    """Their first mode in the plane against the rope divided about its catenary on round wheels."""
+    drive = cd.load_drive(name)
+    found = cd.modes(drive, count=3)
+    first = next(mode.frequency for mode in found.transverse if mode.plane == "w")
+    error = first / in_the_plane(as_machine(drive))[1] - 1.0  # behind the rope that runs from drum to drum
+    measured(f"{name}: first mode {error:.1e} too high, certified {found.certified}")
+    assert least < error < most
+    assert not found.certified
+    assert "leave their pulleys" in found.certified_reason
 
 
 @pytest.mark.parametrize("irvine", [0.5, 2.0, 4 * np.pi**2, 200.0])

@@ -122,7 +122,7 @@ def test_the_response_of_a_network_is_that_of_finite_elements():
     """Elements of order two in the belt's waves: the difference falls four times for twice as many."""
     network = network_of(route("printer"))
     omega = 2 * np.pi * np.array([20.0, 150.0, 189.0, 400.0, 840.0, 1500.0])
-    rows = np.array([network.motion.unit("motor"), network.motion.unit("head.x")])
+    rows = network.motion.dense("motor", "head.x")
     found = network_response(network, omega, rows[0], rows, loss_factor=LOSS_FACTOR)
     errors = [np.abs(found / printer_response(omega, parts) - 1.0).max() for parts in (10, 20)]
     assert errors[1] < 5e-3, errors

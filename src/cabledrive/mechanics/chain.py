@@ -1,12 +1,11 @@
 """Wave-carrying segments joined at point masses, and what joints and segments are on the machine."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
@@ -128,12 +127,6 @@ class LabelledChain:
         "names of the springs of its pendants; by default of one, the motor's", (MOTOR_JOINT,)
     )
     ground: str = meaning("what its springs to the ground are", "")
-
-    @cached_property
-    def carriages(self) -> NDArray[np.intp]:
-        """Which of the joints are carriages."""
-        carried = [number for number, name in enumerate(self.joints) if name.startswith("carriage")]
-        return np.array(carried, dtype=np.intp)
 
 
 def own_chain(chain: Chain) -> LabelledChain:

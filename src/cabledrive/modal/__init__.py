@@ -2,13 +2,12 @@
 
 from cabledrive.modal.mode import Certificate, Modes
 from cabledrive.modal.motion import Mode
-from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequencies
+from cabledrive.modal.natural import modes, natural_frequencies
 
 __all__ = [
     "Certificate",
     "Mode",
     "Modes",
-    "longitudinal_modes",
     "modes",
     "natural_frequencies",
 ]

@@ -98,7 +98,9 @@ class Mode(Shape):
         none = np.zeros(self.multiplicity)
         if self.kind == LONGITUDINAL:
             own = {
-                name: value for name, value in self.coordinates.items() if not name.endswith((ACROSS, OUT))
+                name: value * self.network.units.get(name, 1.0)
+                for name, value in self.coordinates.items()
+                if not name.endswith((ACROSS, OUT))
             }
             return own | {name: none for name in self.network.rims if name not in own}
         span, way, section = self.where

@@ -9,25 +9,23 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.mechanics.datasheet import warnings_of_rest
-from cabledrive.mechanics.holding import held_joints, motor_condition
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Modes
 from cabledrive.modal.motion import Mode
-from cabledrive.modal.networks import network_of_chain, network_of_drive, slack_line
+from cabledrive.modal.networks import network_of_chain, slack_line
 from cabledrive.modal.ranges import (
     ALLOWED,
     INCOMPLETE,
-    bent_limit,
     lifted_limit,
     range_limit,
     route_range_warnings,
     tangent_limit,
     turned_at_pulleys,
 )
-from cabledrive.modal.route_network import network_of_routes
+from cabledrive.modal.route_network import network_of_drive, network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
@@ -97,26 +95,13 @@ def modes(
         raise InputRefused(f"at_torque = {at_torque} N m is not finite: give the steady torque in N m")
     spectrum, network = spectrum_of(drive, motor, hold, at_torque)
     listed = _listed(spectrum, below, count)
-    if isinstance(drive, Chain):
+    if isinstance(drive, Chain) or network is None:
         return listed
-    if network is not None:
-        return _of_routes(listed, spectrum, network)
-    assert not isinstance(drive, RoutedDrive)
-    own = spectrum.network
-    limit = slack_line(own.slack[0]) if own.slack else bent_limit(drive) or tangent_limit(own, listed.modes)
-    return replace(
-        listed,
-        certified=listed.certified and limit is None,
-        certified_reason=limit if listed.certified else listed.certified_reason,
-        warnings=(
-            *warnings_of_rest(drive),
-            *(f"{slack_line(one)}; its transverse modes are not listed" for one in own.slack[:1]),
-        ),
-        at_torque=at_torque,
-        drive_hash=content_hash(drive),
-        motor=motor_condition(drive, motor),
-        hold=tuple(sorted(held_joints(drive, hold))),
-    )
+    found = replace(_limited(listed, spectrum, network), at_torque=at_torque, drive_hash=content_hash(drive))
+    if isinstance(drive, RoutedDrive):
+        return found
+    slack = (f"{slack_line(one)}; its transverse modes are not listed" for one in spectrum.network.slack[:1])
+    return replace(found, warnings=(*warnings_of_rest(drive), *slack))
 
 
 def spectrum_of(
@@ -126,9 +111,7 @@ def spectrum_of(
     at_torque: float = 0.0,
     taut: bool = False,
 ) -> tuple[Spectrum, Network | None]:
-    """The modes of any machine, and the coordinates of one with routes."""
-    if isinstance(drive, Drive):
-        drive = drive.axis.machine
+    """The modes of any machine, and its network; a chain has none."""
     if isinstance(drive, Chain):
         if motor is not None or hold or at_torque:
             raise InputRefused(
@@ -140,8 +123,10 @@ def spectrum_of(
             require_two_pulleys(drive, "a steady torque (at_torque)")
         network = network_of(drive, motor=motor, hold=hold)
         return Spectrum(network_of_routes(network)), network
-    network_of_loop = network_of_drive(drive, motor=motor, hold=hold, at_torque=at_torque, taut=taut)
-    return Spectrum(network_of_loop), None
+    if drive.chain_of:
+        return spectrum_of(drive.axis.machine, motor, hold, at_torque, taut)
+    own, network = network_of_drive(drive, motor=motor, hold=hold, at_torque=at_torque, taut=taut)
+    return Spectrum(own), network
 
 
 def straight_modes(
@@ -158,7 +143,7 @@ def straight_modes(
     """
     network = network_of(drive, motor=motor, hold=hold)
     spectrum = Spectrum(network_of_routes(network, hanging=False))
-    return _of_routes(_listed(spectrum, below, count), spectrum, network, hanging=False)
+    return _limited(_listed(spectrum, below, count), spectrum, network, hanging=False)
 
 
 def straight_limit(network: Network, below: float, *, kind: str | None = None) -> str | None:
@@ -198,12 +183,13 @@ def _moved_by_sag(network: Network, listed: Sequence[Mode], spectrum: Spectrum) 
     )
 
 
-def _of_routes(listed: Modes, spectrum: Spectrum, network: Network, *, hanging: bool = True) -> Modes:
-    """A list of a machine with routes, certified where its models hold."""
-    limit = range_limit(network, listed.modes)
-    if hanging:
-        turned = turned_at_pulleys(network)
-        limit = lifted_limit(network) or tangent_limit(spectrum.network, listed.modes, turned) or limit
+def _limited(listed: Modes, spectrum: Spectrum, network: Network, *, hanging: bool = True) -> Modes:
+    """A list of a machine, certified where its models hold."""
+    own, limit = spectrum.network, range_limit(network, listed.modes)
+    if own.slack:
+        limit = slack_line(own.slack[0])
+    elif hanging:
+        limit = lifted_limit(network) or tangent_limit(own, listed.modes, turned_at_pulleys(network)) or limit
     else:
         limit = limit or _moved_by_sag(network, listed.modes, spectrum)
     return replace(
@@ -324,24 +310,7 @@ def longitudinal_modes(
     hold: Sequence[str] = (),
     taut: bool = True,
 ) -> tuple[Mode, ...]:
-    """Longitudinal modes of a drive alone, without the transverse ones.
-
-    Parameters
-    ----------
-    drive : Drive or RoutedDrive
-    below, count, motor, hold, taut : optional
-        As of `natural_frequencies`.
-
-    Returns
-    -------
-    tuple of Mode
-        Ascending, without the rigid-body mode.
-
-    Raises
-    ------
-    InputRefused, NotComputed
-        As `modes`.
-    """
+    """Longitudinal modes alone, ascending, without the rigid-body mode; as `natural_frequencies`."""
     spectrum, _ = spectrum_of(drive, motor, hold, taut=taut)
     wanted = _checked_count(below, count)
     if below is None:

@@ -4,27 +4,16 @@ A loop or line about its state of rest, a machine with routes, and a chain that 
 constructors of it.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import inf, pi, sqrt
+from dataclasses import dataclass, field, replace
+from math import inf
 from typing import Any
 
 from cabledrive.mechanics.chain import HOLDING_SPRING, LabelledChain
-from cabledrive.mechanics.holding import (
-    DRIVE_PULLEY,
-    LOAD_PULLEY,
-    PULLEYS,
-    held_joints,
-)
-from cabledrive.mechanics.network.rest_forces import RestingStretch
-from cabledrive.mechanics.rest import RestingSection, rest_state
-from cabledrive.mechanics.spans import longitudinal_chains
+from cabledrive.mechanics.holding import PULLEYS
+from cabledrive.mechanics.rest import RestingSection
 from cabledrive.modal.component import Component, Fixed
-from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
-from cabledrive.modal.pieces import End, parts_of_piece, straight_above
+from cabledrive.modal.elements import ALONG, Rope, Row, Wave
 from cabledrive.modal.rows import MASS, SPRING
-from cabledrive.parameters import Drive, NotComputed
 
 
 @dataclass(frozen=True)
@@ -43,8 +32,8 @@ class ModalNetwork:
     """Coordinates by name, and what moves with them.
 
     ``by_span``: modes are named by span and coordinate, as of a machine with routes, and not by section and
-    joint; ``rims``: the two pulleys after whose motion longitudinal modes are named; ``slack``: sections that
-    hang slack, and have no modes across.
+    joint; ``rims``: the two pulleys after whose motion longitudinal modes are named; ``units``: what
+    a turn of one moves, of all that turns, by name [m/rad]; ``slack``: sections without modes across.
     """
 
     names: tuple[str, ...]
@@ -53,6 +42,7 @@ class ModalNetwork:
     ropes: tuple[Rope, ...]
     fixed: tuple[Fixed, ...]
     rims: tuple[str, ...] = ()
+    units: dict[str, float] = field(default_factory=dict)
     by_span: bool = False
     slack: tuple[RestingSection, ...] = ()
 
@@ -142,99 +132,6 @@ def network_of_chain(labelled: LabelledChain, way: str = ALONG) -> ModalNetwork:
         ropes=(),
         fixed=tuple(own for own in fixed if own.factor > 0.0 and own.row),
         rims=tuple(name for name in PULLEYS if name in labelled.joints),
-    )
-
-
-def network_of_drive(
-    drive: Drive,
-    *,
-    motor: str | None = None,
-    hold: Sequence[str] = (),
-    at_torque: float = 0.0,
-    taut: bool = False,
-) -> ModalNetwork:
-    """A loop or line about its state of rest; ``taut``: what moves along it, without weights."""
-    index: dict[str, int] = {}
-    fixed: list[Fixed] = []
-    for along in map(network_of_chain, longitudinal_chains(drive, motor=motor, hold=hold)):
-        place = [index.setdefault(name, len(index)) for name in along.names]
-        fixed += [own._replace(row=tuple((place[c], v) for c, v in own.row)) for own in along.fixed]
-    held = held_joints(drive, hold)
-    bending = drive.cable.bending_stiffness or 0.0
-    radii = {name: own.radius for name, own in zip(PULLEYS, drive.pulley, strict=True)}
-
-    def row(name: str, way: str = ALONG) -> Row:
-        """How a joint moves in one direction."""
-        if way != ALONG:
-            index.setdefault(name := f"{name} {way}", len(index))
-        return ((index[name], 1.0),) if name in index else ()
-
-    sections: tuple[RestingSection, ...] = ()
-    if not taut and (drive.layout.gravity or at_torque):
-        rest = rest_state(drive, at_torque=at_torque)
-        sections = rest.sections
-        if rest.lowest_tension <= 0.0 and not drive.layout.gravity:
-            raise NotComputed(slack_line(next(own for own in sections if own.lowest_tension <= 0.0)))
-    at_rest = {(one.span, one.start): (one, own) for own in sections for one in own.stretches}
-    cable = drive.cable
-    edges = {
-        id(own): straight_above(own.stretches, cable.mass_per_length)
-        for own in sections
-        if own.lowest_tension > 0.0
-    }
-    numbers = {id(own): number for number, own in enumerate(drive.carriage)}
-    pieces: list[PieceOfSpan] = []
-    parts: list[Wave | Rope] = []
-    for span in drive.spans:
-        joints: list[tuple[float, str, bool]] = [
-            (own.position, f"carriage {numbers[id(own)]}", own.guided) for own in drive.carriages_on(span)
-        ]
-        ends = (DRIVE_PULLEY, LOAD_PULLEY) if span == "upper" else (LOAD_PULLEY, DRIVE_PULLEY)
-        joints = [(0.0, ends[0], True), *joints, (drive.span_length, ends[1], True)]
-        still = [guided or name in held for _, name, guided in joints]  # across
-        bounds = [at for (at, _, _), own in zip(joints, still, strict=True) if own]
-        free = [(name, not own and not taut) for (_, name, _), own in zip(joints, still, strict=True)]
-        ways, bends = (ACROSS, OUT), bending > 0.0
-        rows = [[row(name), *(row(name, way) if own else () for way in ways)] for name, own in free]
-        slopes = [[row(f"{name} slope", way) if own and bends else () for way in ways] for name, own in free]
-        for i, ((start, near, _), (end, far, _)) in enumerate(pairwise(joints)):
-            section = max(b for b in bounds if b <= start), min(b for b in bounds if b >= end)
-            stretch, hung = at_rest.get((span, start)) or (
-                RestingStretch(
-                    span=span,
-                    start=start,
-                    end=end,
-                    force=(cable.pretension, 0.0),
-                    load=(0.0, 0.0),
-                    axial_rigidity=cable.axial_rigidity,
-                ),
-                None,
-            )
-            rope = cable.mass_per_length, bending, 1
-            across = not taut and (hung is None or hung.lowest_tension > 0.0)
-            first, last = (
-                End(
-                    rows[k],
-                    slopes[k],
-                    min(sqrt(bending / tension), 0.5 * pi * radii.get(name, 0.0)) if across else 0.0,
-                    radii.get(name, 0.0),
-                )
-                for k, name, tension in zip((i, i + 1), (near, far), stretch.tensions, strict=True)
-            )
-            own = parts_of_piece(len(pieces), stretch, rope, first, last, edges.get(id(hung), 0.0))
-            parts += own if across else own[1:2]
-            pieces.append(PieceOfSpan(span, start, end, section, (near, far)))
-    for number, carriage in enumerate(drive.carriage):
-        names = (f"carriage {number} {way}" for way in (ACROSS, OUT))
-        fixed += [Fixed(MASS, carriage.mass, ((index[name], 1.0),)) for name in names if name in index]
-    return ModalNetwork(
-        names=tuple(index),
-        pieces=tuple(pieces),
-        waves=tuple(part for part in parts if isinstance(part, Wave)),
-        ropes=tuple(part for part in parts if isinstance(part, Rope)),
-        fixed=tuple(own for own in fixed if own.factor > 0.0 and own.row),
-        rims=PULLEYS,
-        slack=tuple(own for own in sections if own.lowest_tension <= 0.0),
     )
 
 

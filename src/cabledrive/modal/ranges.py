@@ -14,7 +14,6 @@ from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.cable import Rope
-from cabledrive.parameters.drive import Drive
 
 INCOMPLETE = "the count gives more modes than could be found and proven"
 ALLOWED = 1e-3
@@ -75,37 +74,25 @@ def range_limit(network: Network, listed: Sequence[Mode]) -> str | None:
     for mode in listed:
         if mode.kind == TRANSVERSE and mode.span is not None:
             highest[mode.span] = max(mode.frequency, highest.get(mode.span, 0.0))
+    called = {piece.span: piece.rest.span for piece in network.pieces}
     for number, span in enumerate(network.drive.free_spans):
-        if span.name not in highest:
+        name = called[number]
+        if name not in highest:
             continue
         runs = bool(network.drive.route[span.route].speed)
-        part = _parted(listed, span.name, irvine[number]) if runs else 0.0
+        part = _parted(listed, name, irvine[number]) if runs else 0.0
         bent = sum(1.0 / place.radius for place in (span.start, span.end) if place.sense)
         at_rest = network.drive.ropes[span.route], float(network.statics.mean[number]), span.length
         for error, what in (
             (max(sag[number], part) if runs else 0.0, "sag"),
             (gradient_error(network, number) if runs else 0.0, "weight along it"),
             (curvature_error(*at_rest, bent), "curvature at the pulleys"),
-            (bending_error(network, number, highest[span.name]), "bending stiffness while it runs"),
+            (bending_error(network, number, highest[name]), "bending stiffness while it runs"),
         ):
             if error > ALLOWED:
-                return left_out(what, span.name, error)
+                said = f"the {what} of span {name} moves a listed mode by up to {error:.2g} of its frequency"
+                return f"{said}, more than {ALLOWED:g}, and is left out: raise the pretension"
     return None
-
-
-def left_out(what: str, span: str, error: float) -> str:
-    """Why a list is not certified: what is left out moves a mode by a share of its frequency."""
-    return (
-        f"the {what} of span {span} moves a listed mode by up to {error:.2g} of its frequency, more than "
-        f"{ALLOWED:g}, and is left out: raise the pretension"
-    )
-
-
-def bent_limit(drive: Drive) -> str | None:
-    """Why a list of a loop or line is not certified: the curvature where its cable leaves the pulleys."""
-    bent = sum(1.0 / own.radius for own in drive.pulley)
-    error = curvature_error(drive.cable, drive.cable.pretension, drive.span_length, bent)
-    return left_out("curvature at the pulleys", "upper", error) if error > ALLOWED else None
 
 
 def _parted(listed: Sequence[Mode], span: str, irvine: float) -> float:
@@ -152,15 +139,13 @@ def sag_words(network: Network, *, hanging: bool = False, least: float = 1e-4) -
             )
 
 
-def tangent_limit(
-    network: ModalNetwork, listed: Sequence[Mode], turned: Mapping[str, float] | None = None
-) -> str | None:
+def tangent_limit(network: ModalNetwork, listed: Sequence[Mode], turned: Mapping[str, float]) -> str | None:
     """Why a list of ropes that sag is not certified: they leave their pulleys where straight ones would.
 
     A span that grows by a share of its length lowers a mode by that times its share of the strain energy.
     ``turned``: squares of slopes at pulleys by span, by which rims err that move a rope along the chord.
     """
-    error = dict(turned or {})
+    error = dict(turned)
     for rope in network.ropes:
         piece = network.pieces[rope.tags[0][0]]
         long = piece.section[1] - piece.section[0]
@@ -185,7 +170,7 @@ def turned_at_pulleys(network: Network) -> dict[str, float]:
     """
     found: dict[str, float] = {}
     for piece, _, slope in _slopes_at_pulleys(network):
-        found[piece.where.name] = max(found.get(piece.where.name, 0.0), slope**2)
+        found[piece.rest.span] = max(found.get(piece.rest.span, 0.0), slope**2)
     return found
 
 

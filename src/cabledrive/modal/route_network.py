@@ -1,14 +1,22 @@
-"""A machine with routes as the network of its modes."""
+"""A machine, with routes or with two pulleys, as the network of its modes."""
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from cabledrive.mechanics.network.assembly import DIRECTIONS, Network
+from cabledrive.mechanics.holding import DRIVE_PULLEY, MOTOR, PULLEYS, held_joints
+from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
 from cabledrive.mechanics.network.pieces import Piece, carriage_at, lift_off
+from cabledrive.mechanics.network.statics import Statics
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal.component import Fixed
-from cabledrive.modal.elements import ACROSS, OUT, Rope, Row, Wave
-from cabledrive.modal.networks import ModalNetwork, PieceOfSpan
+from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
+from cabledrive.modal.networks import ModalNetwork, PieceOfSpan, slack_line
 from cabledrive.modal.pieces import End, parts_of_piece, straight_above
-from cabledrive.modal.rows import MASS, SPRING, Array
+from cabledrive.modal.rows import MASS, SPRING
+from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters.route.two_pulleys import as_machine
 
 
 def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False) -> ModalNetwork:
@@ -36,10 +44,10 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
                 names.append(name)
             return ((slopes[name], 1.0),)
         turns = place.sense == 0 and way == ACROSS
-        return _sparse(motion.rotation(motion.body_of(place))) if turns else ()
+        return tuple(motion.rotation(motion.body_of(place)).items()) if turns else ()
 
     def end(piece: Piece, start: bool) -> End:
-        moves = [_sparse(piece.rows[way][not start]) for way in DIRECTIONS]
+        moves = [tuple(piece.rows[way][not start].items()) for way in DIRECTIONS]
         place, bends = piece.place(start), bool(piece.rope.bending_stiffness)
         return End(
             moves,
@@ -51,20 +59,23 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
     for number, piece in enumerate(net.pieces):
         if even or piece.route.speed:
             for link, way in enumerate(DIRECTIONS, start=3 * number):
-                ends = [_sparse(row) for row in piece.rows[way]]
+                ends = [tuple(row.items()) for row in piece.rows[way]]
                 wave = net.impedance[link], net.time[link], (number, way), net.lag[link], int(net.ropes[link])
                 parts.append(Wave(ends[0], ends[1], *wave))
             continue
         rope = piece.rope.density, piece.rope.bending_stiffness or 0.0, piece.route.ropes
         parts += parts_of_piece(number, piece.rest, rope, end(piece, True), end(piece, False), edges[number])
-    fixed = [Fixed(MASS, float(m), _sparse(row)) for m, row, _ in zip(*net.masses, strict=True)]
-    fixed += [Fixed(SPRING, float(k), _sparse(row), name) for k, row, name in zip(*net.springs, strict=True)]
-    if net.geometric.any():
+    fixed = [
+        Fixed(kind, float(own), tuple(row.items()), name if kind == SPRING else "")
+        for kind, parts in ((MASS, net.masses), (SPRING, net.springs))
+        for own, row, name in zip(*parts[:3], strict=True)
+    ]
+    if net.turning:
         values, vectors = np.linalg.eigh(net.geometric)
         keep = np.abs(values) > 1e-13 * np.abs(values).max()
         fixed += [
-            Fixed(SPRING, float(v), _sparse(row, 1e-13), "turning")
-            for v, row in zip(values[keep], vectors.T[keep], strict=True)
+            Fixed(SPRING, v, tuple((i, own) for i, own in enumerate(row) if abs(own) > 1e-13), "turning")
+            for v, row in zip(values[keep].tolist(), vectors.T[keep].tolist(), strict=True)
         ]
     return ModalNetwork(
         names=tuple(names),
@@ -89,5 +100,66 @@ def _edges(net: Network) -> list[float]:
     return found
 
 
-def _sparse(row: Array, least: float = 0.0) -> Row:
-    return tuple((int(i), float(row[i])) for i in np.flatnonzero(np.abs(row) > least))
+def network_of_drive(
+    drive: Drive,
+    *,
+    motor: str | None = None,
+    hold: Sequence[str] = (),
+    at_torque: float = 0.0,
+    taut: bool = False,
+) -> tuple[ModalNetwork, Network]:
+    """A loop or line about its state of rest; ``taut``: what moves along it, without weights.
+
+    Named as people call it: pulleys by what their rims move, carriages by numbers, sections by their ends.
+    """
+    if taut:
+        drive, at_torque = replace(drive, layout=replace(drive.layout, gravity=0.0)), 0.0
+    rest, machine = rest_state(drive, at_torque=at_torque), as_machine(drive)
+    slack = tuple(own for own in rest.sections if own.lowest_tension <= 0.0)
+    if slack and not drive.layout.gravity:
+        raise NotComputed(slack_line(slack[0]))
+    carriages = (replace(own, name="", guided=own.guided or taut) for own in machine.carriage)
+    machine = replace(machine, carriage=tuple(carriages))
+    stretches = tuple(tuple(own for own in rest.stretches if own.span == span) for span in drive.spans)
+    held = held_joints(drive, hold)
+    network = network_of(
+        machine, motor=motor, hold=sorted(held), statics=Statics(drive=machine, stretches=stretches)
+    )
+    found = network_of_routes(network)
+    pieces = _called(drive, network, held)
+    hangs = {own for section in slack for own in section.stretches}
+    lies = [taut or piece.rest in hangs for piece in network.pieces]
+    return replace(
+        found,
+        names=tuple(
+            MOTOR if name == f"rotor of {DRIVE_PULLEY}" else name.removesuffix(f" {ALONG}")
+            for name in found.names
+        ),
+        pieces=pieces,
+        waves=tuple(own for own in found.waves if own.tag[1] == ALONG or not lies[own.tag[0]]),
+        ropes=tuple(own for own in found.ropes if not lies[own.tags[0][0]]),
+        rims=PULLEYS,
+        units=dict(
+            zip((*PULLEYS, MOTOR), (-own.radius for own in (*drive.pulley, drive.drive_pulley)), strict=True)
+        ),
+        by_span=False,
+        slack=slack,
+    ), network
+
+
+def _called(drive: Drive, network: Network, held: frozenset[str]) -> tuple[PieceOfSpan, ...]:
+    """Pieces of a loop or line by the names of their span, section and joints, in unstretched lengths."""
+    found: list[PieceOfSpan] = []
+    for span in drive.spans:
+        own = [piece for piece in network.pieces if piece.rest.span == span]
+        numbers = [carriage_at(network.drive, piece) for piece in own[1:]]
+        names = [f"carriage {i}" for i in numbers]
+        guided = [drive.carriage[i].guided or name in held for i, name in zip(numbers, names, strict=True)]
+        bounds = [piece.rest.end for piece, still in zip(own, (*guided, True), strict=True) if still]
+        joints, start = [PULLEYS[span == "lower"], *names, PULLEYS[span == "upper"]], 0.0
+        for piece, near, far in zip(own, joints[:-1], joints[1:], strict=True):
+            rest = piece.rest
+            found.append(PieceOfSpan(span, rest.start, rest.end, (start, bounds[0]), (near, far)))
+            if rest.end == bounds[0]:
+                start = bounds.pop(0)
+    return tuple(found)

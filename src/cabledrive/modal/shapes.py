@@ -136,9 +136,11 @@ class Shape:
 
     @cached_property
     def mass(self) -> float:
-        """Of all that takes part, waves and masses [kg]."""
-        own = self.cut.own
-        return float(own.factor[own.fixed_kind == MASS].sum() + own.z @ own.time)
+        """Of all that takes part, waves and masses, what turns as felt at its rim [kg]."""
+        own, (row, column, value) = self.cut.own, self.cut.own.fixed_rows
+        arm = np.array([self.network.units.get(self.network.names[c], 1.0) for c in own.columns])
+        felt = own.factor[row] * (value / arm[column]) ** 2
+        return float(felt[own.fixed_kind[row] == MASS].sum() + own.z @ own.time)
 
     def displacement(self, span: str, way: str, positions: Array) -> Values:
         """Displacement of a span in one direction, shape (multiplicity, p), of unit modal mass [kg^-1/2]."""

@@ -25,7 +25,8 @@ from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.modal.elements import ACROSS
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.motion import Mode
-from cabledrive.modal.networks import network_of_chain, network_of_drive
+from cabledrive.modal.networks import network_of_chain
+from cabledrive.modal.route_network import network_of_drive
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
@@ -75,7 +76,7 @@ def pulley_mode(drive: Drive) -> PulleyMode:
         raise InputRefused(
             "pulley.0.fixed and pulley.1.fixed are true: no pulley turns, there is no pulley mode; free one"
         )
-    spectrum = Spectrum(network_of_drive(drive, taut=True))
+    spectrum = Spectrum(network_of_drive(drive, taut=True)[0])
     seen, wanted = 0, 2
     while seen < HIGHEST_SEARCHED:
         found = spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0]

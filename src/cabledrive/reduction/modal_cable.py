@@ -8,6 +8,7 @@ from scipy.linalg import eigh
 
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import dynamic_stiffness, rotor_turn
+from cabledrive.mechanics.network.motion import Row
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
@@ -157,13 +158,13 @@ def modal_damping(network: Network, squares: Array, shapes: Array) -> Array:
 def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
     """Torque of each motor, force or torque on each move of a body: rows and names with units."""
     drive, motion = network.drive, network.motion
-    rows = [rotor_turn(motion, number) for number in drive.driven]
+    rows: list[Row | str] = [rotor_turn(motion, number) for number in drive.driven]
     names = [(f"{drive.pulley[number].name}_torque", "N.m") for number in drive.driven]
     for body in drive.body:
         for move in body.moves:
-            rows.append(motion.unit(f"{body.name}.{move}"))
+            rows.append(f"{body.name}.{move}")
             turns = not slides(f".{move}")
             names.append((f"{body.name}.{move}_{'torque' if turns else 'force'}", "N.m" if turns else "N"))
     if not rows:
         raise InputRefused("the machine has no motor and no body that moves: nothing can drive it")
-    return np.array(rows), tuple(names)
+    return motion.dense(*rows), tuple(names)

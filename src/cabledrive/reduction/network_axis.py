@@ -140,9 +140,9 @@ def cross_motion(drive: Drive, torque: Array, interval: float) -> dict[str, Any]
     network = network_of(as_machine(axis.machine), motor=FREE)
     turn = motor_turn(network, motors)
     signs = dict(zip(motors, (1.0, -next(reversed(motors.values()))), strict=True))
-    held, place = motor_turn(network, signs), network.motion.unit(other)
+    held, place = motor_turn(network, signs), network.motion.dense(other)[0]
     damping = network.rope_damping + network.dampers.matrix
-    seen = np.vstack([network.motion.unit(axis.load), place])
+    seen = network.motion.dense(axis.load, other)
 
     def motion(at_rest: Array) -> Array:
         """Motion of load and other load from rest, with rows held; (samples, 2)."""
@@ -210,7 +210,7 @@ def chain_words(chain: NetworkChain) -> dict[str, Any]:
 def slack_torque(chain: NetworkChain) -> float:
     """Torque of the motor against a held load at which the first span has no tension left [N m]."""
     network = chain.network
-    turn, load = motor_turn(network, chain.motors), network.motion.unit(chain.load)
+    turn, load = motor_turn(network, chain.motors), network.motion.dense(chain.load)[0]
     n = load.size
     bordered = np.zeros((n + 1, n + 1))
     bordered[:n, :n], bordered[:n, n], bordered[n, :n] = network.static_stiffness, load, load
@@ -222,8 +222,8 @@ def slack_torque(chain: NetworkChain) -> float:
 def motor_turn(network: Network, motors: dict[str, float]) -> Array:
     """Row of the motor angle of an axis, the mean of its motors', shape (n,); ``motors``: sign by pulley."""
     names = [pulley.name for pulley in network.drive.pulley]
-    turns = [sign * rotor_turn(network.motion, names.index(name)) for name, sign in motors.items()]
-    return np.asarray(sum(turns) / len(turns))
+    turns = (sign * rotor_turn(network.motion, names.index(name)) for name, sign in motors.items())
+    return np.asarray(network.motion.dense(*turns).mean(axis=0))
 
 
 def _motor(motors: list[RoutedMotor], inertia: float, chain: NetworkChain) -> Motor:
@@ -268,8 +268,8 @@ def _friction(chain: NetworkChain, slides: bool) -> tuple[tuple[float, float], t
     ]
     total = np.zeros((2, 2))  # of the rest and of the load; motors have their own
     for viscous, coulomb, row in found:
-        at_load = np.array_equal(row, own)
-        moved = scale if at_load else abs(float(row @ rigid))
+        at_load = row == own
+        moved = scale if at_load else abs(float((motion.dense(row) @ rigid)[0]))
         total[int(at_load)] += viscous * moved**2, coulomb * moved
     (viscous, coulomb), (load_viscous, load_coulomb) = total.tolist()
     return (viscous, coulomb), (load_viscous, load_coulomb)

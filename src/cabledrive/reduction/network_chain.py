@@ -122,7 +122,7 @@ def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
             f"motor: {len(drive.motor)} given, a chain is driven by one, or by two as sum and difference"
         )
     network = network_of(drive, motor=FREE)
-    turns = [rotor_turn(network.motion, number) for number in drive.driven]
+    turns = network.motion.dense(*(rotor_turn(network.motion, number) for number in drive.driven))
     names = [drive.pulley[number].name for number in drive.driven]
     spectrum = Spectrum(network_of_routes(network, even=True))
     if len(turns) == 1:
@@ -168,7 +168,7 @@ def _chain(
     who, count = " and ".join(motors), 2 if joints.pop() else 1
     squares, shapes = _kept_modes(network, spectrum, turn, count, who)
     load = _load_of(network, shapes[:, 0], who)
-    felt = np.vstack([turn, network.motion.unit(load)])
+    felt = np.vstack([turn, network.motion.dense(load)])
     neglected, strings = _left_out(network, spectrum, squares, shapes, felt)
     cross, other = 0.0, None
     if across is not None:
@@ -177,9 +177,9 @@ def _chain(
         cross = float(np.abs(_chain_rows(*free[:2], turn, across[0][None])[1]).max())
         other = None if across[1] is None else _load_of(network, across[1], who)
     if across is not None and other is not None and cross > MOST_CROSS:
-        still = modes_at_rest(network, np.vstack([across[0], network.motion.unit(other)]))
+        still = modes_at_rest(network, np.vstack([across[0], network.motion.dense(other)]))
         squares, shapes, neglected = _split(*still, rigid - 1, count, felt)
-    (inertias, stiffness, rest), rows = _chain_rows(squares, shapes, turn, network.motion.unit(load)[None])
+    (inertias, stiffness, rest), rows = _chain_rows(squares, shapes, turn, network.motion.dense(load))
     return NetworkChain(
         load=load,
         motors=motors,

@@ -63,7 +63,10 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
     level, axis = replace(drive, layout=replace(drive.layout, gravity=0.0)), drive.axis
     network = network_of(as_machine(distributed(level)), motor=FREE)
     # The torque is that of all motors together, their angle the mean of theirs: one row for both.
-    turn, load = motor_turn(network, axis.words["motors"]), network.motion.unit(axis.load) / axis.per_angle
+    turn, load = (
+        motor_turn(network, axis.words["motors"]),
+        network.motion.dense(axis.load)[0] / axis.per_angle,
+    )
     return network_response(network, omega, turn, (turn if angle_of == "motor" else load)[None])[:, 0]
 
 

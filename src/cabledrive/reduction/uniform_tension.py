@@ -26,7 +26,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import FREE, modal_losses, motor_condition
 from cabledrive.mechanics.spans import rigid_mass
-from cabledrive.modal import longitudinal_modes
+from cabledrive.modal.natural import longitudinal_modes
 from cabledrive.modal.tuning import rims_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array

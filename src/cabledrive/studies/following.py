@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal import Mode, longitudinal_modes
-from cabledrive.modal import modes as certified_modes
+from cabledrive.modal import Mode, natural
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.keys import quantity_of, varied_together
@@ -84,7 +83,7 @@ class Follower:
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
             drive = self._drive_at(value)
-            modes = longitudinal_modes(drive, count=count)
+            modes = natural.longitudinal_modes(drive, count=count)
             repeats = [mode.multiplicity for mode in modes]
             frequency = np.repeat([mode.frequency for mode in modes], repeats)
             family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
@@ -333,7 +332,7 @@ def frequency_against(
     shown = [stations[float(value)] for value in ordered]
     ranks = [np.sum(s.frequency < s.frequency[:, None] * (1 - 1e-9), axis=1) for s in shown]
     curves = np.flatnonzero(np.min(ranks, axis=0) < modes).tolist()
-    transverse = [certified_modes(drive_at(value), count=1).transverse[0].frequency for value in ordered]
+    transverse = [natural.modes(drive_at(value), count=1).transverse[0].frequency for value in ordered]
     met = [m for m in crossings(follower, path) if set(m.curves) <= set(curves)]
     import xarray as xr
 

@@ -50,7 +50,7 @@ def _network(drive: RoutedDrive, pose: Mapping[str, float]) -> Network:
 
 def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) -> Array:
     """Rates of all coordinates per rate of each given place, shape (n, given)."""
-    rows = np.array([network.motion.unit(key) for key in motion.places])
+    rows = network.motion.dense(*motion.places)
     names = ", ".join(motion.places)
     if not free.shape[1]:
         said = f"motion: {names}: a spring or a rope holds every body of this machine"
@@ -61,7 +61,7 @@ def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) 
             for body in network.drive.body
             for move in body.moves
             if f"{body.name}.{move}" not in motion.places
-            and (network.motion.unit(f"{body.name}.{move}") @ free).any()
+            and (network.motion.dense(f"{body.name}.{move}") @ free).any()
         ]
         said = f"motion: the places of {names} do not say how the machine moves"
         raise InputRefused(f"{said}: add {' or '.join(others) or 'torque alone'}")
@@ -185,7 +185,7 @@ def _elastic_modes(network: Network, free: Array) -> _Modes:
     shapes = others @ vectors
     along = [piece.rope.axial_damping / piece.length for piece in network.pieces]  # of one rope
     damping = np.append(network.dampers.values, network.ropes[::3] * along)
-    loss = damping @ (np.vstack((network.dampers.rows, network.stretch)) @ shapes) ** 2
+    loss = damping @ (np.vstack((network.dampers.dense, network.stretch)) @ shapes) ** 2
     return shapes, np.where(own > 1e-16 * own.max(), own, 0.0), loss
 
 
@@ -227,7 +227,7 @@ def _answer(push: Array, mass: float, loss: float, step: float) -> Array:
 def _friction(network: Network, rate: Array) -> Array:
     """Forces of bearings, bodies and motors against a motion, shape (t, n); nothing rubs at rest."""
     total = -rate @ network.dampers.matrix
-    for friction, row, _ in zip(*network.rubs, strict=True):
+    for friction, row in zip(network.rubs.values, network.rubs.dense, strict=True):
         speed = rate @ row
         slow = max(_TURNING * float(np.abs(speed).max(initial=0.0)), 1e-300)
         total = total - np.outer(friction * np.clip(speed / slow, -1.0, 1.0), row)

@@ -256,7 +256,7 @@ class Waves(NamedTuple):
         ).T
         strained = self.slopes[0] ** 2 @ self.weights @ (self.ropes * self.length * along)
         moved = np.array([moved_in(network, mode) for mode in self.along])
-        rubbed = (moved @ network.dampers.rows.T) ** 2 @ network.dampers.values
+        rubbed = (moved @ network.dampers.dense.T) ** 2 @ network.dampers.values
         return strained + rubbed, np.asarray(self.moved @ across)
 
 

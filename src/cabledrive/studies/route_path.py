@@ -189,12 +189,12 @@ def _snapshot(drive: RoutedDrive, pose: dict[str, float], top: float | None) -> 
 def places_along(drive: RoutedDrive, network: Network, way: Array) -> dict[str, Array]:
     """Place of every body where the coordinates go a way, shape (m, n): (m,) by key [m], [rad]."""
     keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
-    return {key: place_of(drive, key) + way @ network.motion.unit(key) for key in keys}
+    return {key: place_of(drive, key) + way @ network.motion.dense(key)[0] for key in keys}
 
 
 def strainless(network: Network) -> Array:
     """Motions of the coordinates that strain no rope, joint or spring, shape (n, k)."""
-    rows = np.vstack((-network.stretch, network.springs.rows))
+    rows = np.vstack((-network.stretch, network.springs.dense))
     size = np.abs(rows).max(axis=0)  # a column of metres and one of radians count alike
     scale = 1.0 / np.where(size > 0.0, size, 1.0)
     _, values, vectors = np.linalg.svd(rows * scale)

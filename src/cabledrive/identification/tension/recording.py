@@ -13,7 +13,7 @@ from cabledrive.identification.logs.log import ColumnMap, Log, log_of
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.signals import zero_phase
 from cabledrive.identification.tension.families import ALIKE, Peaks, falling, peaks_of
-from cabledrive.modal import longitudinal_modes
+from cabledrive.modal.natural import longitudinal_modes
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular

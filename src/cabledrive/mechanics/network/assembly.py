@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import HOLDING, motor_condition
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, Row
 from cabledrive.mechanics.network.pieces import Piece, carriage_at, pieces_of
 from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, statics_of
 from cabledrive.parameters.arrays import Array, Complex
@@ -34,16 +34,30 @@ DIRECTIONS = (ALONG, ACROSS, OUT_OF_PLANE)
 
 
 class Parts(NamedTuple):
-    """Some parts of one kind: values (k,), the rows (k, n) by which q moves or strains them, names."""
+    """Some parts of one kind: values (k,), the rows by which n coordinates move or strain them, names."""
 
     values: Array
-    rows: Array
+    rows: tuple[Row, ...]
     names: tuple[str, ...]
+    n: int
+
+    @property
+    def dense(self) -> Array:
+        """Their rows, shape (k, n)."""
+        total = np.zeros((len(self.rows), self.n))
+        for own, row in zip(total, self.rows, strict=True):
+            own[list(row)] = list(row.values())
+        return total
 
     @property
     def matrix(self) -> Array:
         """What they are together, shape (n, n)."""
-        return np.asarray((self.rows.T * self.values) @ self.rows)
+        total = np.zeros((self.n, self.n))
+        for value, row in zip(self.values, self.rows, strict=True):
+            for i, factor in row.items():
+                for j, other in row.items():
+                    total[i, j] += value * factor * other
+        return total
 
 
 @described
@@ -54,22 +68,60 @@ class Network:
     motion: Motion = meaning("its coordinates")
     statics: Statics = meaning("its forces at rest")
     pieces: list[Piece] = meaning("ropes between joints, cut at carriages")
-    start: Array = meaning("(m, n): row of the start of each link: along, across, out of plane of each piece")
-    end: Array = meaning("(m, n): row of its end")
-    impedance: Array = meaning("(m,): z of one rope [kg/s], Eq. (N.3)")
-    time: Array = meaning("(m,): travel time [s]")
-    lag: Array = meaning("(m,): of a rope that runs [s]")
-    ropes: NDArray[np.intp] = meaning("(m,): parallel ropes")
     masses: Parts = meaning("masses [kg] and moments of inertia [kg m^2]")
     springs: Parts = meaning("springs [N/m], [N m/rad]")
     dampers: Parts = meaning("dampers [N s/m], [N m s/rad]; ropes have their own")
     rubs: Parts = meaning("Coulomb friction [N], [N m] of all that rubs, but for ropes on their wraps")
-    geometric: Array = meaning("(n, n): stiffness of turning bodies under the forces at rest, Eq. (N.4)")
 
     @property
     def drive(self) -> RoutedDrive:
         """The machine."""
         return self.motion.drive
+
+    @cached_property
+    def _waves(self) -> Array:
+        """Impedance, travel time, lag of each link: along, across, out of plane of each piece, (3, m)."""
+        return np.array([waves_of_piece(piece, way) for piece in self.pieces for way in DIRECTIONS]).T
+
+    @property
+    def impedance(self) -> Array:
+        """Impedance z of one rope of each link, shape (m,) [kg/s], Eq. (N.3)."""
+        return np.asarray(self._waves[0])
+
+    @property
+    def time(self) -> Array:
+        """Travel time of each link, shape (m,) [s]."""
+        return np.asarray(self._waves[1])
+
+    @property
+    def lag(self) -> Array:
+        """Lag of each link of a rope that runs, else 0, shape (m,) [s]."""
+        return np.asarray(self._waves[2])
+
+    @property
+    def ropes(self) -> NDArray[np.intp]:
+        """Parallel ropes of each link, shape (m,)."""
+        return np.repeat([piece.route.ropes for piece in self.pieces], 3)
+
+    @cached_property
+    def start(self) -> Array:
+        """Row of the start of each link, shape (m, n)."""
+        return self.motion.dense(*(piece.rows[way][0] for piece in self.pieces for way in DIRECTIONS))
+
+    @cached_property
+    def end(self) -> Array:
+        """Row of the end of each link, shape (m, n)."""
+        return self.motion.dense(*(piece.rows[way][1] for piece in self.pieces for way in DIRECTIONS))
+
+    @cached_property
+    def geometric(self) -> Array:
+        """Stiffness of turning bodies under the forces at rest, Eq. (N.4), shape (n, n)."""
+        return geometric_stiffness(self.motion, self.statics)
+
+    @property
+    def turning(self) -> bool:
+        """Whether a body turns."""
+        return any("turn" in body.moves for body in self.drive.body)
 
     @cached_property
     def static_stiffness(self) -> Array:
@@ -126,31 +178,27 @@ class Network:
         return np.asarray((self.stretch.T * (self.ropes[::3] * damping / lengths)) @ self.stretch)
 
 
-def network_of(drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[str] = ()) -> Network:
+def network_of(
+    drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[str] = (), statics: Statics | None = None
+) -> Network:
     """The network of a machine about its state of rest.
 
     ``motor``, {"free", "held", "holding"}: how the rotors are held, by default "holding" where the file gives
-    a holding stiffness, else "free"; ``hold``: bodies, pulleys and carriages that are held as well.
+    a holding stiffness, else "free"; ``hold``: bodies, pulleys and carriages that are held as well;
+    ``statics``: the state of rest, if known.
     Raises `InputRefused` if there is no such state, a rope runs too fast, or nothing holds a part.
     """
     names = (hold,) if isinstance(hold, str) else tuple(hold)
-    motion, statics = Motion(drive, motor_condition(drive, motor), names), statics_of(drive)
+    motion, statics = Motion(drive, motor_condition(drive, motor), names), statics or statics_of(drive)
     pieces = pieces_of(motion, statics)
-    links = [(piece, way) for piece in pieces for way in DIRECTIONS]
-    impedance, time, lag = np.array([waves_of_piece(piece, way) for piece, way in links]).T
-    start, end = (np.array([piece.rows[way][side] for piece, way in links]) for side in (0, 1))
+    for piece in pieces:
+        if piece.route.speed:
+            waves_of_piece(piece, ACROSS)  # refuses one that runs too fast
     network = Network(
         motion=motion,
         statics=statics,
         pieces=pieces,
-        start=start,
-        end=end,
-        impedance=impedance,
-        time=time,
-        lag=lag,
-        ropes=np.array([piece.route.ropes for piece, _ in links]),
         **_parts(motion),
-        geometric=geometric_stiffness(motion, statics),
     )
     _check_held(network)
     return network
@@ -181,7 +229,7 @@ def waves_of_piece(piece: Piece, direction: str) -> tuple[float, float, float]:
 def _parts(motion: Motion) -> dict[str, Parts]:
     """What moves with the coordinates beside the ropes: of bodies, pulleys, motors and carriages."""
     drive, motors = motion.drive, dict(zip(motion.drive.driven, motion.drive.motor, strict=True))
-    masses, springs, dampers, rubs = (list[tuple[float, Array, str]]() for _ in range(4))
+    masses, springs, dampers, rubs = (list[tuple[float, Row, str]]() for _ in range(4))
     for number, body in enumerate(drive.body):
         masses += [(body.mass, row, body.name) for row in motion.point(body.at, number)]
         masses.append((body.inertia, motion.rotation(number), body.name))
@@ -220,17 +268,19 @@ def _parts(motion: Motion) -> dict[str, Parts]:
         masses += [(carriage.mass, motion.unit(f"{name} {way}"), name) for way in DIRECTIONS]
     found = {}
     for kind, parts in (("masses", masses), ("springs", springs), ("dampers", dampers), ("rubs", rubs)):
-        kept = [part for part in parts if part[0] > 0.0 and part[1].any()]
-        rows = np.array([row for _, row, _ in kept]).reshape(len(kept), len(motion.names))
-        found[kind] = Parts(np.array([value for value, _, _ in kept]), rows, tuple(name for *_, name in kept))
+        kept = [part for part in parts if part[0] > 0.0 and any(part[1].values())]
+        values, rows, names = zip(*kept, strict=True) if kept else ((), (), ())
+        found[kind] = Parts(np.array(values), rows, names, len(motion.names))
     return found
 
 
 def _check_held(network: Network) -> None:
     """Refuse a coordinate that no rope and no spring holds."""
-    held = np.abs(network.static_stiffness).sum(axis=0)
-    for name, stiffness in zip(network.motion.names, held, strict=True):
-        if stiffness == 0.0:
+    strained = {i for piece in network.pieces for pair in piece.rows.values() for row in pair for i in row}
+    turned = np.flatnonzero(network.geometric.any(axis=0)).tolist() if network.turning else []
+    held = strained.union(*network.springs.rows, turned)
+    for number, name in enumerate(network.motion.names):
+        if number not in held:
             body, _, move = name.rpartition(".")
             if body in [part.name for part in network.drive.body]:
                 way = "about its pivot" if move == "turn" else f"along {move}"
@@ -239,13 +289,13 @@ def _check_held(network: Network) -> None:
             raise InputRefused(f"pulley {name}: no route passes it: add it to a path, or leave it out")
 
 
-def relative_turn(motion: Motion, pulley: int) -> Array:
-    """Turn of a pulley against what carries it, shape (n,)."""
+def relative_turn(motion: Motion, pulley: int) -> Row:
+    """Turn of a pulley against what carries it."""
     return motion.angle(pulley) - motion.mount(pulley)
 
 
-def rotor_turn(motion: Motion, pulley: int) -> Array:
-    """Turn of the rotor that drives a pulley, against what carries the motor, shape (n,)."""
+def rotor_turn(motion: Motion, pulley: int) -> Row:
+    """Turn of the rotor that drives a pulley, against what carries the motor."""
     if f"rotor of {motion.drive.pulley[pulley].name}" not in motion.names:
         return relative_turn(motion, pulley)
     return motion.rotor(pulley) - motion.mount(pulley)
@@ -254,8 +304,7 @@ def rotor_turn(motion: Motion, pulley: int) -> Array:
 def turns_by_torque(network: Network) -> Array:
     """Turns of the rotors of `RoutedDrive.turned`, shape (rotors, n)."""
     motion = network.motion
-    rows = [rotor_turn(motion, number) for number in network.drive.turned]
-    return np.array(rows).reshape(len(rows), len(motion.names))
+    return motion.dense(*(rotor_turn(motion, number) for number in network.drive.turned))
 
 
 TOGETHER = 1_000_000
@@ -334,16 +383,16 @@ def machine_response(
     if not (np.all(np.isfinite(frequency)) and np.all(frequency > 0.0)):
         raise InputRefused("frequency must be finite and above 0 Hz at every line")
     network = network_of(drive, motor=motor)
-    force, output = (_coordinate(network, name) for name in (force_on, motion_of))
+    force, output = network.motion.dense(*(_coordinate(network, name) for name in (force_on, motion_of)))
     return network_response(network, 2.0 * np.pi * frequency, force, output[None, :])[:, 0]
 
 
-def _coordinate(network: Network, name: str) -> Array:
-    """Row of a coordinate by its name."""
+def _coordinate(network: Network, name: str) -> str:
+    """A coordinate by the name that a user gives it."""
     rotor = f"rotor of {name}"
     if rotor in network.motion.names:
-        return network.motion.unit(rotor)
+        return rotor
     if name not in network.motion.names:
         known = ", ".join(network.motion.names[:20])
         raise InputRefused(f'"{name[:60]}" is no coordinate that moves: take one of {known}')
-    return network.motion.unit(name)
+    return name

@@ -27,6 +27,27 @@ AT_REST = 1e-9
 """Part of a row, relative to its largest entry, that is round-off."""
 
 
+class Row(dict[int, float]):
+    """A motion, a strain: numbers of the coordinates that take part, each with its factor."""
+
+    __array_ufunc__ = None  # a number of numpy is a factor as well
+
+    def __add__(self, other: "Row") -> "Row":
+        """Both together."""
+        total = Row(self)
+        for number, factor in other.items():
+            total[number] = total.get(number, 0.0) + factor
+        return total
+
+    def __sub__(self, other: "Row") -> "Row":
+        """One against the other."""
+        return self + -1.0 * other
+
+    def __rmul__(self, factor: float) -> "Row":
+        """So many times."""
+        return Row({number: factor * own for number, own in self.items()})
+
+
 @dataclass(frozen=True, eq=False)
 class Motion:
     """Coordinates of a machine, some of them held."""
@@ -88,53 +109,60 @@ class Motion:
         )
         return number not in rigid
 
-    def unit(self, name: str) -> Array:
-        """Row that picks one coordinate, zero where it is held, shape (n,)."""
-        row = np.zeros(len(self.names))
-        if name in self._index:
-            row[self._index[name]] = 1.0
-        return row
+    def unit(self, name: str) -> Row:
+        """Row that picks one coordinate, empty where it is held."""
+        return Row({self._index[name]: 1.0} if name in self._index else {})
 
     @cached_property
     def _index(self) -> dict[str, int]:
         return {name: number for number, name in enumerate(self.names)}
 
-    def point(self, at: Point, body: int | None) -> Array:
-        """Motion of a point of a body, rows x and y, shape (2, n)."""
-        rows = np.zeros((2, len(self.names)))
+    def dense(self, *rows: Row | str) -> Array:
+        """Rows, or those that pick coordinates by their names, as an array, shape (rows, n)."""
+        total = np.zeros((len(rows), len(self.names)))
+        for own, row in zip(total, rows, strict=True):
+            picked = self.unit(row) if isinstance(row, str) else row
+            own[list(picked)] = list(picked.values())
+        return total
+
+    def point(self, at: Point, body: int | None) -> tuple[Row, Row]:
+        """Motion of a point of a body along x and y [m]."""
+        x, y = Row(), Row()
         for number in self.drive.carried_by(body):
             part = self.drive.body[number]
             for move in part.moves:
                 step = self.unit(f"{part.name}.{move}")
                 if part.pivot is not None:
-                    rows[0] -= (at[1] - part.pivot[1]) * step
-                    rows[1] += (at[0] - part.pivot[0]) * step
+                    x -= (at[1] - part.pivot[1]) * step
+                    y += (at[0] - part.pivot[0]) * step
+                elif move == "x":
+                    x += step
                 else:
-                    rows["xy".index(move)] += step
-        return rows
+                    y += step
+        return x, y
 
-    def rotation(self, body: int | None) -> Array:
-        """Turn of a body, shape (n,) [rad]."""
-        row = np.zeros(len(self.names))
+    def rotation(self, body: int | None) -> Row:
+        """Turn of a body [rad]."""
+        row = Row()
         for number in self.drive.carried_by(body):
             part = self.drive.body[number]
             if "turn" in part.moves:
                 row += self.unit(f"{part.name}.turn")
         return row
 
-    def angle(self, pulley: int) -> Array:
-        """Turn of a pulley, shape (n,) [rad]; a guide and a held pulley turn with their body."""
+    def angle(self, pulley: int) -> Row:
+        """Turn of a pulley [rad]; a guide and a held pulley turn with their body."""
         return self.unit(self.drive.pulley[pulley].name) if self.turns(pulley) else self.mount(pulley)
 
-    def mount(self, pulley: int) -> Array:
-        """Turn of what carries a pulley, shape (n,) [rad]."""
+    def mount(self, pulley: int) -> Row:
+        """Turn of what carries a pulley [rad]."""
         part = self.drive.pulley[pulley]
         return self.rotation(self.drive.body_number(part.on, part.name))
 
-    def rotor(self, pulley: int) -> Array:
+    def rotor(self, pulley: int) -> Row:
         """Turn of the rotor behind a flexible joint; of a held one that of the body it is mounted on."""
         name = f"rotor of {self.drive.pulley[pulley].name}"
-        return self.unit(name) if name in self.names else self.mount(pulley)
+        return self.unit(name) if name in self._index else self.mount(pulley)
 
     def body_of(self, place: Place) -> int | None:
         """Body that carries a place of a path."""
@@ -145,18 +173,19 @@ class Motion:
         pulley = self.drive.pulley[place.pulley]
         return self.drive.body_number(pulley.on, pulley.name)
 
-    def end_rows(self, place: Place, along: Point, across: Point) -> tuple[Array, Array]:
-        """Rows u and w of a span's end, Eq. (N.2), each shape (n,)."""
-        rows = self.point(place.centre, self.body_of(place))
-        u, w = along[0] * rows[0] + along[1] * rows[1], across[0] * rows[0] + across[1] * rows[1]
+    def end_rows(self, place: Place, along: Point, across: Point) -> tuple[Row, Row]:
+        """Rows u and w of a span's end, Eq. (N.2)."""
+        x, y = self.point(place.centre, self.body_of(place))
+        u, w = along[0] * x + along[1] * y, across[0] * x + across[1] * y
         if place.pulley is not None:
             u = u + place.sense * place.radius * self.angle(place.pulley)
         return _clean(u), _clean(w)
 
 
-def _clean(row: Array) -> Array:
+def _clean(row: Row) -> Row:
     """A row without what round-off left of directions at right angles, whatever the unit of a column."""
-    return np.where(np.abs(row) > AT_REST * np.maximum(1.0, np.abs(row).max(initial=0.0)), row, 0.0)
+    least = AT_REST * max([1.0, *map(abs, row.values())])
+    return Row({number: own for number, own in row.items() if abs(own) > least})
 
 
 def gravity(drive: RoutedDrive) -> Array:

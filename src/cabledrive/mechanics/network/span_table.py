@@ -142,9 +142,10 @@ def _askew(drive: RoutedDrive) -> Iterator[str]:
     motion = Motion(drive)
     both_ways = {body.name for body in drive.body if set(body.moves) == {"x", "y"}}
     for span in drive.free_spans:
-        ends = [motion.point(place.centre, motion.body_of(place)) for place in (span.start, span.end)]
-        for column, name in enumerate(motion.names):
-            step = (ends[1] - ends[0])[:, column]
+        near, far = (
+            motion.dense(*motion.point(at.centre, motion.body_of(at))) for at in (span.start, span.end)
+        )
+        for step, name in zip((far - near).T, motion.names, strict=True):
             body, _, move = name.rpartition(".")
             if move not in ("x", "y") or body in both_ways or not step.any():
                 continue

@@ -10,12 +10,13 @@ the tension there stays.
 
 from collections.abc import Callable, Iterator, Mapping, Set
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.network.motion import Motion, gravity, sections_of
+from cabledrive.mechanics.network.motion import Motion, Row, gravity, sections_of
 from cabledrive.mechanics.network.rest_forces import SINGULAR, RestingStretch, Ropes, solved
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
@@ -32,15 +33,29 @@ _ROUND_OFF = 1e-12
 class Statics:
     """Forces of a machine at rest."""
 
+    drive: RoutedDrive = meaning("the machine")
     stretches: tuple[tuple[RestingStretch, ...], ...] = meaning("one rope of each span, cut at carriages")
-    start: Array = meaning("(spans,): tension of one rope at the start of each free span [N]")
-    end: Array = meaning("(spans,): at its end [N]")
-    forces: Array = meaning(
-        "(spans, 2, 2): force of all parallel ropes of a span on what carries its start and its end [N]"
-    )
     preload: dict[str, float] = meaning(
-        "what the springs of the bodies hold at rest, by coordinate [N] or [N m]"
+        "what the springs of the bodies hold at rest, by coordinate [N] or [N m]", factory=dict
     )
+
+    @cached_property
+    def start(self) -> Array:
+        """Tension of one rope at the start of each free span, shape (spans,) [N]."""
+        return np.array([own[0].tensions[0] for own in self.stretches])
+
+    @cached_property
+    def end(self) -> Array:
+        """At its end, shape (spans,) [N]."""
+        return np.array([own[-1].tensions[1] for own in self.stretches])
+
+    @cached_property
+    def forces(self) -> Array:
+        """Force of all ropes of a span on what carries its start and its end, shape (spans, 2, 2) [N]."""
+        frames = np.array([(span.along, span.across) for span in self.drive.free_spans])
+        ropes = np.array([self.drive.route[span.route].ropes for span in self.drive.free_spans])
+        ends = np.array([(own[0].force, np.negative(own[-1].end_force)) for own in self.stretches])
+        return np.einsum("sea,sax,s->sex", ends, frames.reshape(-1, 2, 2), ropes)
 
     @property
     def mean(self) -> Array:
@@ -61,32 +76,31 @@ def statics_of(drive: RoutedDrive, *, held: tuple[int, ...] | None = None) -> St
         if not lowest > 0.0:
             said = f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push"
             raise InputRefused(f"{said}: raise pretension, or change masses and loads")
-    frames = np.array([(span.along, span.across) for span in drive.free_spans])
-    ropes = np.array([drive.route[span.route].ropes for span in drive.free_spans])
-    ends = np.array([(own[0].force, np.negative(own[-1].end_force)) for own in stretches])
-    ends *= ropes[:, None, None]
     sprung = {body.name for body in drive.body if body.stiffness > 0.0}
-    return Statics(
-        stretches=stretches,
-        start=np.array([own[0].tensions[0] for own in stretches]),
-        end=np.array([own[-1].tensions[1] for own in stretches]),
-        forces=np.einsum("sea,sax->sex", ends, frames.reshape(-1, 2, 2)),
-        preload={
-            name: -float(force)
-            for name, force in zip(motion.names, total, strict=True)
-            if name.rpartition(".")[0] in sprung
-        },
-    )
+    preload = {
+        name: -float(force)
+        for name, force in zip(motion.names, total, strict=True)
+        if name.rpartition(".")[0] in sprung
+    }
+    return Statics(drive=drive, stretches=stretches, preload=preload)
 
 
 def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
     """Weights and loads on the coordinates, without the ropes, shape (n,)."""
-    g, total = gravity(drive), np.zeros(len(motion.names))
-    for number, body in enumerate(drive.body):
-        total += (body.mass * g + np.array(body.load)) @ motion.point(body.at, number)
-    for pulley in drive.pulley:
-        total += pulley.mass * g @ motion.point(pulley.at, drive.body_number(pulley.on, pulley.name))
-    return total
+    total = Row()
+    for force, at, body in _loads(drive):
+        x, y = motion.point(at, body)
+        total += force[0] * x + force[1] * y
+    return motion.dense(total)[0]
+
+
+def _loads(drive: RoutedDrive) -> list[tuple[Array, Point, int | None]]:
+    """Weights and loads [N] with the point they act on and the body that carries it."""
+    g = gravity(drive)
+    bodies = [(body.mass * g + np.array(body.load), body.at, i) for i, body in enumerate(drive.body)]
+    return bodies + [
+        (pulley.mass * g, pulley.at, drive.body_number(pulley.on, pulley.name)) for pulley in drive.pulley
+    ]
 
 
 def at_rest(
@@ -108,15 +122,17 @@ def at_rest(
     sections = sections_of(drive, turning - several)
     ropes = _ropes(drive, sections, torques)
     ropes = ropes if divide is None else divide(ropes)
-    carriers = np.array(
-        [[motion.end_rows(at, own.along, own.across) for at in (own.start, own.end)] for own in spans]
-    ).reshape(len(spans), 2, 2, len(names))
+    ends_in_order = (
+        motion.end_rows(at, own.along, own.across) for own in spans for at in (own.start, own.end)
+    )
+    carriers = motion.dense(*(row for pair in ends_in_order for row in pair))
+    carriers = carriers.reshape(len(spans), 2, 2, len(names))
     first = np.array([np.flatnonzero(ropes.span == i)[0] for i in range(len(spans))], dtype=np.intp)
     last = first + np.bincount(ropes.span) - 1
     parallel = ropes.ropes[first]
     applied = applied_forces(drive, motion)
     for number, torque in torques.items():
-        applied += torque * motion.angle(number)
+        applied += motion.dense(torque * motion.angle(number))[0]
 
     def ends_of(start: Array, drop: Array) -> Array:
         """Force on the coordinates, (n,), by that at the start of each piece, (p, 2)."""
@@ -275,41 +291,29 @@ def _refuse_unbalanced(name: str, missing: float, pulls: Array, rest: float) -> 
 
 
 def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
-    r"""Stiffness of turning bodies under constant forces, Eq. (N.4).
+    r"""Stiffness of turning bodies under constant forces, Eq. (N.4), shape (n, n).
 
     .. math:: K_{ij} = -\sum F \cdot \frac{\partial^2 c}{\partial q_i\,\partial q_j}, \qquad
               \frac{\partial^2 c}{\partial q_a\,\partial q_b} = e_z \times \frac{\partial c}{\partial q_b}
 
     where a turns and carries b, or is b itself; zero else.
     """
-    drive = motion.drive
-    total = np.zeros((len(motion.names), len(motion.names)))
-    if not any("turn" in body.moves for body in drive.body):
-        return total
-    g = gravity(drive)
-    loads: list[tuple[Array, Point, int | None]] = [
-        (body.mass * g + np.array(body.load), body.at, i) for i, body in enumerate(drive.body)
-    ]
-    loads += [
-        (pulley.mass * g, pulley.at, drive.body_number(pulley.on, pulley.name)) for pulley in drive.pulley
-    ]
+    drive, total = motion.drive, np.zeros((len(motion.names), len(motion.names)))
+    loads = _loads(drive)
     for number, span in enumerate(drive.free_spans):
         for end, place in enumerate((span.start, span.end)):
             loads.append((statics.forces[number, end], place.centre, motion.body_of(place)))
     for force, at, body in loads:
-        rows = motion.point(at, body)
-        turned = force[1] * rows[0] - force[0] * rows[1]  # F . (e_z x dc/dq)
+        x, y = motion.point(at, body)
+        turned = force[1] * x - force[0] * y  # F . (e_z x dc/dq)
         chain = drive.carried_by(body)
         for position, outer in enumerate(chain):
-            if "turn" not in drive.body[outer].moves:
-                continue
-            a = motion.unit(f"{drive.body[outer].name}.turn")
-            for inner in chain[: position + 1]:
-                for move in drive.body[inner].moves:
-                    b = motion.unit(f"{drive.body[inner].name}.{move}")
-                    value = -float(turned @ b)
-                    total += value * np.outer(a, b)
-                    total += value * np.outer(b, a) if inner != outer else 0.0
+            for a in motion.unit(f"{drive.body[outer].name}.turn"):
+                for inner in chain[: position + 1]:
+                    for move in drive.body[inner].moves:
+                        for b in motion.unit(f"{drive.body[inner].name}.{move}"):
+                            for entry in {(a, b), (b, a)} if inner != outer else {(a, b)}:
+                                total[entry] -= turned.get(b, 0.0)
     return total
 
 

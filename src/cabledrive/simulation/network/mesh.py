@@ -104,7 +104,7 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
     ends = np.zeros((len(ropes), 2, 3, n))
     for number, piece in enumerate(network.pieces):
         for axis, way in enumerate((ALONG, OUT_OF_PLANE, ACROSS)):
-            ends[number, :, axis, :moved] = piece.rows[way]
+            ends[number, :, axis, :moved] = network.motion.dense(*piece.rows[way])
     for number, wrap in enumerate(wraps, start=moved):  # a rope that slips moves the ends on both its sides
         ends[wrap.before, 1, 0, number] = ends[wrap.behind, 0, 0, number] = 1.0
     lines = network.ropes[::3].astype(np.float64)
@@ -153,7 +153,7 @@ def rubbing_of(network: Network, wraps: Sequence[Wrap]) -> tuple[Array, Array, I
     parts, moved = network.rubs, len(network.motion.names)
     first, n = len(parts.values), moved + len(wraps)
     rows, rest = np.zeros((first + len(wraps), n)), np.zeros(n)
-    rows[:first, :moved], rows[first:, moved:] = parts.rows, np.eye(len(wraps))
+    rows[:first, :moved], rows[first:, moved:] = parts.dense, np.eye(len(wraps))
     for number, wrap in enumerate(wraps, start=moved):
         before, behind = network.pieces[wrap.before], network.pieces[wrap.behind]
         rest[number] = wrap.ropes * (behind.start_tension - before.end_tension)

@@ -57,7 +57,7 @@ def travel_case(
     rotors = turns_by_torque(network).argmax(axis=1)
     if way is not None and not np.any(np.abs(way.turned[:, drive.turned]) > NO_TURN):
         raise InputRefused("move: it turns no motor: name a body that the motors move")
-    mass = network.masses.values @ network.masses.rows**2
+    mass = network.masses.values @ network.masses.dense**2
     for name, own in zip(network.motion.names, mass, strict=True):
         if own <= 0.0:
             raise InputRefused(f'kind = "route", travel: {name} has no mass: give it mass or inertia')
@@ -153,7 +153,7 @@ def _plan(
     for s, pair in enumerate(ends):
         for side, place in enumerate(pair):
             if place.pulley is not None:
-                turn[s, side] = rim[s, side] * motion.angle(place.pulley)
+                turn[s, side] = rim[s, side] * motion.dense(motion.angle(place.pulley))[0]
     beyond = _beyond(drive)
     for s, side in np.argwhere(beyond == at.DRUM):
         if motion.body_of(ends[s][side]) is not None:
@@ -175,7 +175,9 @@ def _plan(
         ),
         shortest=shortest,
         centre=np.array([[place.centre for place in pair] for pair in ends]),
-        frame=np.array([[motion.point(p.centre, motion.body_of(p)) for p in pair] for pair in ends]),
+        frame=np.array(
+            [[motion.dense(*motion.point(p.centre, motion.body_of(p))) for p in pair] for pair in ends]
+        ),
         turn=turn,
         rim=rim,
         beyond=beyond,
@@ -241,7 +243,7 @@ def _held(network: Network, plan: TravelPlan, force: Array) -> tuple[Array, Arra
     motion, rest, holding = network.motion, -force, np.zeros(plan.rotor.size)
     driven = network.drive.turned
     for m, (number, rotor) in enumerate(zip(driven, plan.rotor, strict=True)):
-        shaft = int(np.argmax(motion.angle(number)))
+        shaft = next(iter(motion.angle(number)))
         holding[m] = -force[shaft]
         rest[rotor] = 0.0 if shaft == rotor else force[shaft]  # else the joint's preload stays on both
     size = float(np.max(plan.piece[:, at.ROPES] * network.statics.mean))
