@@ -85,7 +85,7 @@ class Network:
 
     @property
     def impedance(self) -> Array:
-        """Impedance z of one rope of each link, shape (m,) [kg/s], Eq. (N.3)."""
+        """Impedance z of one rope of each link, shape (m,) [kg/s]."""
         return np.asarray(self._waves[0])
 
     @property
@@ -115,7 +115,7 @@ class Network:
 
     @cached_property
     def geometric(self) -> Array:
-        """Stiffness of turning bodies under the forces at rest, Eq. (N.4), shape (n, n)."""
+        """Stiffness of turning bodies under the forces at rest, shape (n, n)."""
         return geometric_stiffness(self.motion, self.statics)
 
     @property
