@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-POINTS = 121
+POINTS, FEWEST = 240, 13
+"""Along all ropes, shared by length, and of a short piece at least."""
 _PANEL, _FOOT = 96.0, 16.0  # heights [px]
 _WIDTH = 320.0  # of a panel [px]
 _GAP = 0.06
@@ -35,9 +36,11 @@ def unrolled(mode: Mode) -> dict[str, tuple[Array, Array]]:
     Positions from where the span starts [m], at every carriage, too, where a shape has its kinks, and
     displacements, positive in the direction of the span; shape (p,) each.
     """
-    positions: dict[str, Array] = {}
-    for piece in mode.network.pieces:
-        even = np.linspace(piece.start, piece.end, POINTS)
+    positions, pieces = dict[str, Array](), mode.network.pieces
+    whole = sum(piece.end - piece.start for piece in pieces)
+    for piece in pieces:
+        number = max(FEWEST, round(POINTS * (piece.end - piece.start) / whole) + 1)
+        even = np.linspace(piece.start, piece.end, number)
         positions[piece.span] = np.append(positions.get(piece.span, even[:0]), even)
     shapes = {span: np.real(mode.shape(span, at)[0]) for span, at in positions.items()}
     values = np.concatenate(list(shapes.values()))
