@@ -12,7 +12,6 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.parts import Rope, Route, RoutedCarriage, RoutedPulley, RouteLayout
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
-from cabledrive.simulation.network import NetworkStart
 from cabledrive.studies.mode_map import map_modes
 
 TITLE = "Machines with routes"
@@ -97,7 +96,7 @@ def in_time() -> str:
     route, rows = written_as_route(loop), []
     starts = {
         "loop": (loop, Start(plucks=(Pluck(height=1e-3),))),
-        "route": (route, NetworkStart(plucks=(Pluck(height=1e-3, span="drive to load"),))),
+        "route": (route, Start(plucks=(Pluck(height=1e-3, span="drive to load"),))),
     }
     for segments in (200, 40):
         given = {

@@ -138,7 +138,6 @@ ROWS = {
                 ("printer-idlers", "--model fast", '"loop" or "line" only'),
                 ("printer-idlers", "--fields 2 -o run.nc", "fields"),
                 ("printer-idlers", "--pluck '1 mm'", "SPAN=HEIGHT"),
-                ("printer-idlers", "--from-equilibrium", "Start"),
                 (D2, "--pluck 'left=1 mm'", "take one of upper; lower"),
                 (D2, "--torque-on motor", "torques by motor"),
                 (D2, "--travel", "travel"),

@@ -7,7 +7,6 @@ from kernel_cases import heard
 import cabledrive as cd
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import Recording, Scheme, Start
-from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.network.case import network_case
 from oracles.hanging_machine import catenary_sag
 
@@ -38,7 +37,7 @@ def test_a_hanging_cabin_rings_at_the_modes_about_its_catenary(irvine, measured)
         run = cd.simulate(
             drive,
             400.0,
-            start=NetworkStart(speeds={"carriage 0 along": 1e-5, "carriage 0 across": 1e-4}),
+            start=Start(speeds={"carriage 0 along": 1e-5, "carriage 0 across": 1e-4}),
             scheme=Scheme(segments=segments),
             recording=Recording(rate=20.0),
         )
@@ -61,7 +60,7 @@ def test_a_loop_that_hangs_moves_as_the_route_that_it_is(kind, cabin, measured):
         common = {"scheme": Scheme(segments=segments), "recording": Recording(rate=500.0)}
         start = Start(from_equilibrium=True, load_speed=1.0)
         loop = cd.simulate(drive, 0.5, start=start, **common)
-        start = NetworkStart(speeds={"load pulley": -1.0} | share)
+        start = Start(speeds={"load pulley": -1.0} | share)
         found = cd.simulate(as_machine(drive), 0.5, start=start, **common)
         turned = loop.load_angle - loop.load_angle[0]
         apart.append(np.abs(turned + found.channel("load pulley")).max() / np.abs(turned).max())

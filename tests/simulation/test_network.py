@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
+from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.methods import time_grid
-from cabledrive.simulation.network import NetworkStart
 from cabledrive.simulation.network.case import left_out, network_case
 from command import refused
 from network_samples import PRINTER_SPANS, as_route, printer_belt, route, routed, without_gravity
@@ -20,7 +19,7 @@ UPPER = "drive pulley to load pulley"
 
 def shaped(shape):
     """The start of the printer, one span plucked."""
-    return NetworkStart(plucks=(Pluck(height=1e-3, span="motor to lower idler", shape=shape),))
+    return Start(plucks=(Pluck(height=1e-3, span="motor to lower idler", shape=shape),))
 
 
 LONG = {"segments": 8, "rate": 2000.0, "duration": 0.05, "frequency": 20.0}
@@ -58,7 +57,7 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, asked, measured):
         as_route(drive),
         asked["duration"],
         torque=Sine(amplitude=-1.0, frequency=asked["frequency"]),
-        start=NetworkStart(plucks=(Pluck(height=1e-3, span=UPPER),)),
+        start=Start(plucks=(Pluck(height=1e-3, span=UPPER),)),
         **common,
     )
     assert route.step == pytest.approx(loop.step, rel=1e-9)
@@ -74,6 +73,38 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, asked, measured):
     assert np.abs(loop.load_angle).max() > 1e-4 * (asked is LONG)
     assert np.abs(loop.channel("motor_angle")).max() > 1e-4
     assert error < 1e-10, error
+
+
+def test_a_loop_as_a_route_is_pushed_kicked_smoothed_and_estimated_as_the_loop(measured):
+    """A sine on a hanging carriage along and across, a kick of the other span, friction by tanh."""
+    drive = without_gravity(cd.load_drive("dissertation-3"))
+    drive = replace(
+        drive,
+        motor=replace(drive.motor, offset_torque=0.0),
+        carriage=(cd.Carriage(mass=2e-3, position=0.5 * drive.span_length, guided=False),),
+    )
+    push = Sine(amplitude=0.02, frequency=60.0)
+    common = {
+        "forces": [CarriageForce(signal=push, plane=plane) for plane in ("u", "w")],
+        "scheme": Scheme(segments=16, friction="smoothed", step=5e-6),
+        "recording": Recording(rate=2000.0),
+        "error_estimate": True,
+    }
+    kick = {"height": 0.1, "shape": "half-sine"}
+    loop = cd.simulate(drive, 0.02, start=Start(kicks=(Pluck(span="lower", **kick),)), **common)
+    start = Start(kicks=(Pluck(span="load pulley to drive pulley", **kick),))
+    found = cd.simulate(as_route(drive), 0.02, start=start, **common)
+    pairs = [
+        (-found.channel("load pulley"), loop.load_angle),
+        (found.channel("carriage 0 across"), loop.midpoint("upper")[:, 2]),
+        (found.channel("torque_work"), loop.channel("force_work")),
+        (found.channel("coulomb_loss"), loop.channel("coulomb_loss")),
+    ]
+    error = max(np.max(np.abs(a - b)) / max(np.max(np.abs(b)), 1e-300) for a, b in pairs)
+    measured(f"loop as a route with forces and a kick: largest relative difference {error:.1e}")
+    assert error < 1e-9, error
+    estimate = found.summary()["error_estimate"]["load pulley"]["error"]
+    assert estimate == pytest.approx(loop.error_estimate.load_angle.error, rel=0.05)
 
 
 @pytest.mark.kernel
@@ -108,7 +139,7 @@ def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
     step, count = 2e-6, 20
     given = {
         "torque": 0.05,
-        "start": NetworkStart(plucks=(Pluck(height=1e-4, span="motor to lower idler"),)),
+        "start": Start(plucks=(Pluck(height=1e-4, span="motor to lower idler"),)),
         "scheme": Scheme(segments=6, model=model, step=step),
         "recording": Recording(rate=1.0 / step),
     }
@@ -155,7 +186,7 @@ def test_two_idlers_move_as_lumps_on_springs():
         0.02,
         scheme=Scheme(segments=parts, model="linear", step=2e-7),
         recording=Recording(rate=5000.0),
-        start=NetworkStart(places={"head.x": distance}),
+        start=Start(places={"head.x": distance}),
     )
     mass, matrix, starts = printer_lumps(parts)
     root = 1.0 / np.sqrt(mass)
@@ -238,13 +269,13 @@ def test_the_energy_handled_is_what_a_plucked_machine_starts_with():
     ("options", "words"),
     [
         ({"scheme": Scheme(method="node-centred")}, "verlet"),
-        ({"scheme": Scheme(friction="smoothed")}, "set-valued"),
+        ({"start": Start(drive_angle=0.1)}, "angles at the start"),
         ({"torque": {"engine": 1.0}}, "the motors are motor"),
-        ({"start": NetworkStart(plucks=(Pluck(height=1e-3, span="upper"),))}, "is no span"),
+        ({"start": Start(plucks=(Pluck(height=1e-3, span="upper"),))}, "is no span"),
         ({"start": shaped("sine-x")}, 'shape = "sine-x" is not one'),
         ({"start": shaped("sine-0")}, 'shape = "sine-0" is not one'),
-        ({"start": NetworkStart(places={"tail": 1.0})}, "take one of"),
-        ({"error_estimate": True}, "error_estimate"),
+        ({"start": Start(places={"tail": 1.0})}, "take one of"),
+        ({"travel": True, "error_estimate": True}, "without forces and error_estimate"),
     ],
 )
 def test_what_cannot_be_run_is_refused_in_one_line(options, words):

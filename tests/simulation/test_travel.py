@@ -6,8 +6,7 @@ from scipy.optimize import curve_fit
 
 import cabledrive as cd
 from cabledrive.parameters.route import moved
-from cabledrive.simulation import Recording, Scheme
-from cabledrive.simulation.network import NetworkStart
+from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.travel import PlannedMove
 from command import refused
 from network_samples import routed
@@ -136,7 +135,7 @@ def test_the_load_swings_at_its_modes_wherever_it_is(measured):
         drive,
         time,
         travel=PlannedMove(moves={"load.y": 20.0}, rise=time),
-        start=NetworkStart(speeds={"load.y": 0.02}),
+        start=Start(speeds={"load.y": 0.02}),
         recording=Recording(rate=2000.0),
     )
     tension, errors = found.channel(f"mean tension, {found.spans[0]}"), []
@@ -162,7 +161,7 @@ def test_rope_runs_from_drum_to_drum_with_its_momentum():
         routed(DRUMS),
         2.0,
         travel=True,
-        start=NetworkStart(speeds={"left": -15.0, "right": -10.0}),
+        start=Start(speeds={"left": -15.0, "right": -10.0}),
         scheme=Scheme(segments=4),
         recording=Recording(rate=100.0),
     )
@@ -226,7 +225,7 @@ def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balan
     assert np.ptp(found.channel("load.y")) < 1e-6
     damped = TRACTION.replace('"0.1 g/m"', '"0.5 kg/m", axial_damping = "2 kN s"')
     damped = damped.replace('"1 kg m^2"', '"1 kg m^2", viscous_friction = "3 N m s/rad"')
-    moving = NetworkStart(speeds={"sheave": 2.0})
+    moving = Start(speeds={"sheave": 2.0})
     found = cd.simulate(routed(damped), 0.05, travel=True, start=moving, scheme=Scheme(segments=4))
     assert found.energy_budget_error < 2e-6
     assert found.channel("viscous_loss")[-1] > 0.1
@@ -239,7 +238,7 @@ def test_rope_that_comes_to_rest_behind_a_moving_block_gives_its_energy_up():
         routed(TACKLE),
         0.05,
         travel=True,
-        start=NetworkStart(speeds={"load.y": 2.0, "drum": 16.0, "block": -20.0}),
+        start=Start(speeds={"load.y": 2.0, "drum": 16.0, "block": -20.0}),
         scheme=Scheme(segments=2),
     )
     assert found.channel("load.y")[-1] == pytest.approx(0.1, rel=0.01)

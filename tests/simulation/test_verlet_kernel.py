@@ -35,7 +35,12 @@ from cabledrive.simulation.start import Scheme
 from cabledrive.simulation.taut import rows_of, step_taut
 from oracles.readable_chain import energy_conserving
 from oracles.readable_chain import node_centred as readable_node_centred
-from oracles.readable_chain.verlet import balance_of, integrate_reference, solve_shafts_reference
+from oracles.readable_chain.verlet import (
+    balance_of,
+    integrate_reference,
+    law_of,
+    solve_shafts_reference,
+)
 
 pytestmark = pytest.mark.kernel
 
@@ -48,7 +53,7 @@ def start_of(case, *, planar=False):
     plan, start, torque, forces = setting(case)
     if planar:
         start.x[1], start.x_t[1] = 0.0, 0.0
-    return as_bent(plan), start._replace(extra=auxiliary(plan, start)), torque, forces
+    return as_bent(plan), start._replace(extra=auxiliary(plan, law_of(plan), start)), torque, forces
 
 
 def assert_equal_runs(inputs, compiled, readable, every=EVERY):

@@ -1,12 +1,12 @@
 """The nonlinear cable loop in time, with an audit of its own error."""
 
-from cabledrive.simulation.case import CarriageForce
 from cabledrive.simulation.error_estimate import ErrorEstimate
 from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.one_run import simulate
 from cabledrive.simulation.result import SlackEvent
 from cabledrive.simulation.run import SimulationInterrupted
 from cabledrive.simulation.signals import (
+    CarriageForce,
     Constant,
     FromFunction,
     Multisine,

@@ -1,6 +1,6 @@
 """Everything that is decided before the first step of a run of a loop or a line."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -15,28 +15,17 @@ from cabledrive.mechanics.mesh import Mesh, mesh_of, strain_energy, weight_energ
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.channels import AXIAL, CHANNELS, COLUMN, WEIGHT_ENERGY, WIDTH
-from cabledrive.simulation.error_estimate import error_estimate_of
+from cabledrive.simulation.channels import AXIAL, CHANNELS, COLUMN, WEIGHT_ENERGY, WIDTH, probe_columns
+from cabledrive.simulation.error_estimate import ErrorEstimate, estimated_errors
 from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.methods import check_method, largest_stable_step, time_grid
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
 from cabledrive.simulation.plan import State, new_state, plan_of
 from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.result import neglected
-from cabledrive.simulation.signals import Function, Signal, checked_signal
+from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces, checked_signal
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, place_at_start, velocity_at_start
-
-
-@described
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CarriageForce:
-    """A force on a carriage."""
-
-    signal: Signal | float | Function = meaning("the force [N]")
-    carriage: int = meaning("which carriage, in the order of the drive file", 0)
-    plane: str = meaning("along the span, or across it", "u")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,8 +34,6 @@ class Case(RopeRun):
 
     machine: Drive
     mesh: Mesh
-    coarser: Callable[[Scheme], "Case"] | None = None
-    """The same run with another scheme, where its discretisation error is to be estimated."""
 
     @property
     def law(self) -> CableLaw:
@@ -103,18 +90,13 @@ class Case(RopeRun):
             f"{self.grid.step / np.sqrt(over.max()):.4g} s"
         )
 
-    def place(self, piece: int, segment: int) -> tuple[str, float]:
-        """Span, and distance of the middle of a segment from its start [m]."""
-        return self.mesh.spans[piece], float(self.mesh.position[piece, segment : segment + 2].mean())
-
     def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
         rows, every, mesh, scheme = outcome.rows, self.recording.fields or 1, self.mesh, self.scheme
         fields, common = outcome.fields[: -(-len(rows) // every)], self.common(outcome)
         middles = ((span, 0.5 * float(mesh.position[0, -1])) for span in mesh.spans)
-        estimate = None
-        if self.coarser is not None and outcome.stopped is None:
-            estimate = error_estimate_of(rows, self.coarser, scheme)
+        columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
+        estimate = estimated_errors(self, outcome, columns)
         handled = 0.0
         if len(rows):  # what it started with above the energy at rest, and the work done on it
             start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) - self.rest_energy
@@ -130,11 +112,10 @@ class Case(RopeRun):
             energy_handled=handled,
             slack_events=self.slack_events(outcome.state),
             extremes=self._extremes(outcome.state),
-            error_estimate=estimate,
+            error_estimate=estimate and ErrorEstimate(segments=estimate[0], **estimate[1]),
             assumptions=neglected([self.machine.cable], self.machine.motors),
             provenance=self.provenance(
                 {
-                    "cfl": self.grid.cfl,
                     "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
                     "segments": mesh.segments,
                 },
@@ -180,15 +161,15 @@ def case_of(
     ``torque``: of the motor, on the drive pulley where there is none [N m].
     """
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
+    if start.places or start.speeds:
+        raise InputRefused('start: places and speeds are for machines of kind "route": give angles')
     mesh = mesh_of(drive, scheme.segments)
     law = cable_law(drive.cable, scheme.model, tension_only=scheme.slack == "tension-only")
     grid = time_grid(duration, largest_stable_step(mesh, law), scheme, recording.rate, mesh.nodes)
     signal = checked_signal(torque, "torque", duration, grid.step)
-    pushes = tuple(
-        checked_signal(force.signal, f"force on carriage {force.carriage}", duration, grid.step)
-        for force in forces
-    )
-    marks = _checked_probes(mesh, recording), [_place(drive, mesh, force) for force in forces]
+    pushes = checked_forces(drive, forces, duration, grid.step)
+    nodes = [(int(mesh.carriage_node[own.carriage]), PLANES.index(own.plane)) for own in forces]
+    marks = _checked_probes(mesh, recording), nodes
     damping = drive.cable.transverse_damping, drive.cable.axial_damping
     plan = plan_of(mesh, law, grid.step, damping, scheme, marks)
     check_method(scheme.method, plan)
@@ -207,6 +188,8 @@ def case_of(
         forces=pushes,
         start=new_state(plan, x, x_t, np.array([*x[0, list(mesh.rims)], rotor]), x_t[0, [*mesh.rims, 0]]),
         mesh=mesh,
+        names=mesh.spans,
+        positions=list(mesh.position),
         settings={
             "law": law_fingerprint(law),
             "torque": signal.fingerprint,
@@ -215,20 +198,6 @@ def case_of(
             "start": sha256(x.tobytes() + x_t.tobytes()).hexdigest(),
         },
     )
-
-
-def _place(drive: Drive, mesh: Mesh, force: CarriageForce) -> tuple[int, int]:
-    """Node and axis of a force."""
-    count = len(drive.carriage)
-    if not 0 <= force.carriage < count:
-        raise InputRefused(f"force on carriage {force.carriage}, but the drive has {count}, numbered from 0")
-    if force.plane not in PLANES:
-        raise InputRefused(f'force: plane = "{force.plane}" is not one of its values: write u, v or w')
-    if force.plane != "u" and drive.carriage[force.carriage].guided:
-        raise InputRefused(
-            f"force along {force.plane} on carriage {force.carriage}, which is guided: push along u"
-        )
-    return int(mesh.carriage_node[force.carriage]), PLANES.index(force.plane)
 
 
 def _checked_probes(mesh: Mesh, recording: Recording) -> tuple[tuple[str, float], ...]:

@@ -1,6 +1,5 @@
 """Discretisation error of a run, estimated from the same run with a half and a quarter of its segments."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import log2
 
@@ -10,9 +9,8 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.simulation.channels import COLUMN, probe_columns
 from cabledrive.simulation.keeping import Records
-from cabledrive.simulation.prepared import PreparedRun
+from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.run import integrate_run
 from cabledrive.simulation.start import Scheme
 
@@ -50,24 +48,25 @@ def check_halves(scheme: Scheme) -> None:
         )
 
 
-def error_estimate_of(rows: Array, prepare: Callable[[Scheme], PreparedRun], scheme: Scheme) -> ErrorEstimate:
-    r"""Estimate the discretisation error of a run by Richardson's extrapolation.
+def estimated_errors(
+    case: RopeRun, outcome: Outcome, columns: dict[str, int]
+) -> tuple[tuple[int, ...], dict[str, Estimate]] | None:
+    r"""Discretisation error of some columns of the records by Richardson's extrapolation, where asked for.
 
     With the differences :math:`D_1 = |x_n - x_{n/2}|` and :math:`D_2 = |x_{n/2} - x_{n/4}|`, largest over the
     records, the order seen is :math:`p = \log_2(D_2/D_1)`, and the error of :math:`x_n` about
     :math:`D_1/(2^p - 1)`. The order is taken as at most 2 and at least 1/2, below which the runs do not
     converge yet.
 
-    ``rows``, shape (records, columns): records of the run; ``prepare``: gives the same run with another
-    scheme; ``scheme``: the run's own.
+    Returns segments of the runs compared, and the estimates by the names in ``columns``.
     """
-    counts = (scheme.segments, scheme.segments // 2, scheme.segments // 4)
-    coarser = (prepare(replace(scheme, segments=n, step=None)) for n in counts[1:])
-    runs = [rows, *(integrate_run(case, Records(case)).rows for case in coarser)]
+    if case.coarser is None or outcome.stopped is not None:
+        return None
+    counts = tuple(case.scheme.segments // n for n in (1, 2, 4))
+    coarser = [case.coarser(replace(case.scheme, segments=n, step=None)) for n in counts[1:]]
+    runs = [outcome.rows, *(integrate_run(own, Records(own)).rows for own in coarser)]
     whole = min(len(run) for run in runs)
-    columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
-    estimates = {name: _estimate(*(run[:whole, column] for run in runs)) for name, column in columns.items()}
-    return ErrorEstimate(segments=counts, **estimates)
+    return counts, {name: _estimate(*(run[:whole, k] for run in runs)) for name, k in columns.items()}
 
 
 def _estimate(fine: Array, middle: Array, coarse: Array) -> Estimate:

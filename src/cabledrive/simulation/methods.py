@@ -17,7 +17,7 @@ from cabledrive.parameters.fields import nearest
 from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.own_law import compiled_law, slack_of, stiffness_over_limit
-from cabledrive.simulation.plan import Plan, State, Workspace, law_of
+from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.start import Scheme
 
 NONE = np.zeros(0)
@@ -55,9 +55,9 @@ def check_method(name: str, plan: Plan) -> None:
             raise InputRefused(f'method = "{name}" does not know {what}: use {instead}')
 
 
-def auxiliary(plan: Plan, state: State) -> Array:
+def auxiliary(plan: Plan, law: CableLaw, state: State) -> Array:
     """Of "energy-conserving": energy half a step before the start, a shift C, losses, (3 + n,) [J], [m]."""
-    law, extra = law_of(plan), np.zeros(at.PLACES_LOST + state.q.size)
+    extra = np.zeros(at.PLACES_LOST + state.q.size)
     for x in (state.x, state.x - plan.step * state.x_t):
         u_x, v_x, w_x = np.diff(x, axis=1) * plan.segment[at.INVERSE_SPACING]
         quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
@@ -163,11 +163,6 @@ class TimeGrid:
     largest_step: float  # largest stable step [s]
     every: int  # steps per record
     records: int  # recording intervals; the run ends with one more record
-
-    @property
-    def cfl(self) -> float:
-        """Step over largest stable step, the CFL number of a uniform cable [-]."""
-        return self.step / self.largest_step
 
     @property
     def steps(self) -> int:

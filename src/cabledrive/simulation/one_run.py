@@ -10,13 +10,12 @@ from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys
-from cabledrive.simulation.case import CarriageForce, case_of
+from cabledrive.simulation.case import case_of
 from cabledrive.simulation.error_estimate import check_halves
 from cabledrive.simulation.loop_result import SimulationResult
-from cabledrive.simulation.network.case import NetworkStart, network_case
-from cabledrive.simulation.prepared import PreparedRun
+from cabledrive.simulation.network.case import network_case
 from cabledrive.simulation.run import keep_run
-from cabledrive.simulation.signals import Function, Signal
+from cabledrive.simulation.signals import CarriageForce, Function, Signal
 from cabledrive.simulation.start import Pluck, Recording, Scheme, Start
 from cabledrive.simulation.travel.case import PlannedMove
 from cabledrive.simulation.travel.prepare import travel_case
@@ -28,7 +27,7 @@ def simulate(
     *,
     torque: Signal | float | Function | Mapping[str, Signal | float | Function] = 0.0,
     forces: Sequence[CarriageForce] = (),
-    start: Start | NetworkStart | Sequence[Pluck] | None = None,
+    start: Start | Sequence[Pluck] | None = None,
     scheme: Scheme | None = None,
     recording: Recording | None = None,
     model: Model | None = None,
@@ -52,9 +51,9 @@ def simulate(
         one of the signals of `cabledrive.simulation.signals`; of a machine with routes also one by motor.
     forces : sequence of CarriageForce, optional
         Forces on carriages.
-    start : sequence of Pluck, Start or NetworkStart, optional
-        Plucks of spans by their names; of a loop or line also angles and speeds at t = 0, of a machine with
-        routes those of a `NetworkStart`. Default: the straight cable at rest.
+    start : sequence of Pluck or Start, optional
+        Plucks of spans by their names, or more of what is at t = 0. Default: the straight cable at rest; a
+        machine with routes where it hangs.
     scheme : Scheme, optional
         Cable law, method, resolution, friction, what slack means.
     recording : Recording, optional
@@ -94,33 +93,23 @@ def simulate(
         scheme = replace(scheme or Scheme(), model=model)
     keeping: Any = {"output": output, "force": force, "resume": resume, "progress": progress}
     asked: Any = {"torque": torque, "recording": recording, "scheme": scheme}
-    routes, plucks = isinstance(drive, RoutedDrive), cast(Any, start or ())
-    foreign = {"travel": travel, "torques by motor": isinstance(torque, Mapping)}
-    foreign |= {"NetworkStart": isinstance(start, NetworkStart)}
-    if routes:
-        foreign = {
-            "forces": bool(forces),
-            "error_estimate": error_estimate,
-            "Start": isinstance(start, Start),
-        }
-    for name, given in foreign.items():
-        if given:
-            other = 'drives of kind "loop" or "line"' if routes else 'machines of kind "route"'
-            raise InputRefused(f"{name} is for {other}: leave it out")
-    if isinstance(drive, RoutedDrive):
-        asked["start"] = start if isinstance(start, NetworkStart) else NetworkStart(plucks=tuple(plucks))
-        case: PreparedRun
-        if travel:
-            case = travel_case(drive, duration, move=None if travel is True else travel, **asked)
-        else:
-            case = network_case(drive, duration, **asked)
-        # with its own channels: a caller knows what drive it gave
-        return cast(SimulationResult, keep_run(case, **keeping))
-    require_two_pulleys(drive, "`simulate`")
-    asked["start"] = start if isinstance(start, Start) else Start(plucks=tuple(plucks))
-    loop = case_of(drive, duration, forces=forces, **asked)
-    if error_estimate:
-        check_halves(loop.scheme)
-        again = partial(case_of, drive, duration, forces=forces)
-        loop = replace(loop, coarser=lambda other: again(**asked | {"scheme": other}))
-    return cast(SimulationResult, keep_run(loop, **keeping))
+    asked["start"] = start if isinstance(start, Start) else Start(plucks=tuple(start or ()))
+    routes = isinstance(drive, RoutedDrive)
+    if not routes:
+        require_two_pulleys(drive, "`simulate`")
+    if travel and (not routes or forces or error_estimate):
+        raise InputRefused('travel is for machines of kind "route", without forces and error_estimate')
+    if isinstance(torque, Mapping) and not routes:
+        raise InputRefused('torques by motor are for machines of kind "route": give one')
+    case: Any
+    if isinstance(drive, RoutedDrive) and travel:
+        case = travel_case(drive, duration, move=None if travel is True else travel, **asked)
+    else:
+        made: Any = network_case if routes else case_of
+        prepare = partial(made, drive, duration, forces=forces)
+        case = prepare(**asked)
+        if error_estimate:
+            check_halves(case.scheme)
+            case = replace(case, coarser=lambda other: prepare(**asked | {"scheme": other}))
+    # with its own channels: a caller knows what drive it gave
+    return cast(SimulationResult, keep_run(case, **keeping))

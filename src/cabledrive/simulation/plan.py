@@ -21,7 +21,6 @@ from cabledrive.mechanics.cable_laws import (
     LinearLaw,
     WeakLaw,
     taut_law,
-    without_pushing,
 )
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.arrays import Integers
@@ -295,15 +294,6 @@ def kernel_number(law: CableLaw) -> int:
     """Number of a law in the kernels; a subclass of a law they know is not that law."""
     kind = type(taut_law(law))
     return KERNEL_LAWS.index(kind) if kind in KERNEL_LAWS else OWN
-
-
-def law_of(plan: Plan) -> CableLaw:
-    """The cable law of a plan of one rope, which is one of those that the kernels know."""
-    if plan.law not in range(len(KERNEL_LAWS)):
-        raise ValueError(f"no kernel knows the cable law with number {plan.law}")
-    pretension, rigidity = plan.piece[0, [PRETENSION, RIGIDITY]].tolist()
-    law = KERNEL_LAWS[plan.law](pretension=pretension, axial_rigidity=rigidity)
-    return without_pushing(law) if plan.tension_only else law
 
 
 def _nodes(mesh: Mesh, step: float, transverse_damping: float) -> Array:

@@ -3,7 +3,7 @@
 import json
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -151,6 +151,7 @@ class PreparedRun(ABC):
                 "segments": self.scheme.segments,
                 "step": self.grid.step,
                 "largest_step": self.grid.largest_step,
+                "cfl": self.grid.step / self.grid.largest_step,
                 "friction": self.scheme.friction,
                 "slack": self.scheme.slack,
                 **method,
@@ -205,6 +206,10 @@ class RopeRun(PreparedRun):
     laws: list[CableLaw]  # of each piece
     forces: tuple[Signal, ...] = ()
     start: State  # displacements and velocities at t = 0
+    names: tuple[str, ...]  # of the pieces
+    positions: list[Array]  # distances of the nodes of each piece from its start [m]
+    coarser: Callable[[Scheme], "RopeRun"] | None = None
+    """The same run with another scheme, where its discretisation error is to be estimated."""
 
     @property
     def nodes(self) -> int:
@@ -231,7 +236,7 @@ class RopeRun(PreparedRun):
         state = half_step_before(self.plan, self.laws, copy_state(self.start), torque, forces)
         if self.scheme.method != "energy-conserving":
             return state
-        return state._replace(extra=auxiliary(self.plan, state))
+        return state._replace(extra=auxiliary(self.plan, self.laws[0], state))
 
     def integrate(self, state: State, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
         """Take the steps, the first of every ``every`` recorded; why they end."""
@@ -242,20 +247,15 @@ class RopeRun(PreparedRun):
             rows[:] = self.columns(found)
         return code
 
-    @abstractmethod
-    def place(self, piece: int, segment: int) -> tuple[str, float]:
-        """Name of a piece's span, and distance of the middle of a segment from its start [m]."""
-
     def slack_events(self, state: State) -> tuple[SlackEvent, ...]:
         """Where and when spans went slack up to a state, in order, the first thousand times."""
         events = []
         for step, piece, segment, tension in state.events[
             : min(int(state.counts[at.EVENTS]), at.MOST_EVENTS)
         ]:
-            span, x = self.place(int(piece), int(segment))
-            events.append(
-                SlackEvent(time=float(step * self.grid.step), span=span, position=x, tension=float(tension))
-            )
+            k, middle = int(piece), slice(int(segment), int(segment) + 2)
+            place, time = float(self.positions[k][middle].mean()), float(step * self.grid.step)
+            events.append(SlackEvent(time=time, span=self.names[k], position=place, tension=float(tension)))
         return tuple(events)
 
     def why(self, code: int, state: State) -> str:

@@ -208,12 +208,14 @@ class RunResult(Result):
 NETWORK = Keys(
     "map: coordinates{number: least largest peak_to_peak} rows: spans{text: name number: midpoint_peak "
     "least_tension} wraps{text: pulley number: needed_friction friction} number: largest_motion "
-    "texts: warnings",
+    "error_estimate texts: warnings",
     {
+        "error_estimate": "not asked for by --error-estimate",
         "midpoint_peak": "motion across is left out",
         "least_tension": NO_RECORD,
         "friction": "no capstan_friction in the file",
     },
+    {"error_estimate": "any"},
     also=(AUDIT,),
 )
 
@@ -249,6 +251,9 @@ class NetworkResult(RunResult):
         "where bodies travel: largest friction coefficient that each pulley needed, beside the file's", ()
     )
     doubts: tuple[str, ...] = meaning("what the run assumed and did not keep to", ())
+    error_estimate: dict[str, Any] | None = meaning(
+        "discretisation error by channel, if it was asked for: its size, relative size and order", None
+    )
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -285,5 +290,6 @@ class NetworkResult(RunResult):
             ],
             "wraps": list(self.wraps),
             "largest_motion": self.largest_motion,
+            "error_estimate": self.error_estimate,
             "warnings": list(self.warnings),
         }

@@ -1,7 +1,7 @@
 """Signals in time: torques and forces, given as a formula, as samples, or as a function."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from math import isfinite, log, pi
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
+from cabledrive.parameters.route.drive import Machine
 
 Function = Callable[[Array], ArrayLike]
 
@@ -234,3 +235,34 @@ def _check_finite(signal: Signal, *names: str) -> None:
             raise InputRefused(
                 f"{type(signal).__name__.lower()}: {name} = {value} must be finite: give a number"
             )
+
+
+@described
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CarriageForce:
+    """A force on a carriage."""
+
+    signal: Signal | float | Function = meaning("the force [N]")
+    carriage: int = meaning("which carriage, in the order of the drive file", 0)
+    plane: str = meaning("along the span, or across it", "u")
+
+
+def checked_forces(
+    drive: Machine, forces: Sequence[CarriageForce], duration: float, step: float
+) -> tuple[Signal, ...]:
+    """Signals of forces on the carriages of a drive; refused: a carriage or a direction that is not there."""
+    for force in forces:
+        count = len(drive.carriage)
+        if not 0 <= force.carriage < count:
+            said = f"force on carriage {force.carriage}, but the drive has {count}"
+            raise InputRefused(f"{said}, numbered from 0")
+        if force.plane not in ("u", "v", "w"):
+            raise InputRefused(f'force: plane = "{force.plane}" is not one of its values: write u, v or w')
+        if force.plane != "u" and drive.carriage[force.carriage].guided:
+            raise InputRefused(
+                f"force along {force.plane} on carriage {force.carriage}, which is guided: push along u"
+            )
+    return tuple(
+        checked_signal(force.signal, f"force on carriage {force.carriage}", duration, step)
+        for force in forces
+    )

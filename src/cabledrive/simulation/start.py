@@ -1,6 +1,6 @@
 """How a run starts, and the options that travel with it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -84,8 +84,14 @@ class Start:
     load_angle: float = meaning("angle of the load pulley [rad]", 0.0)
     drive_speed: float = meaning("angular speed of drive pulley and motor [rad/s]; the cable follows", 0.0)
     load_speed: float = meaning("angular speed of the load pulley [rad/s]", 0.0)
+    places: Mapping[str, float] = meaning(
+        'of a machine with routes: coordinates such as "head.x", from rest [m], [rad]; ropes follow linearly',
+        factory=dict,
+    )
+    speeds: Mapping[str, float] = meaning("the same of their speeds [m/s], [rad/s]", factory=dict)
     from_equilibrium: bool = meaning(
-        "start from where the cable hangs under gravity and carriages instead of the straight cable", False
+        "start from where the cable hangs instead of the straight cable; a machine with routes always does",
+        False,
     )
     hold: str = meaning(
         "pulleys held while that equilibrium is searched, see `cabledrive.mechanics.statics.equilibrium`. "
@@ -94,11 +100,14 @@ class Start:
     )
 
     def __post_init__(self) -> None:
-        for name in ("drive_angle", "load_angle", "drive_speed", "load_speed"):
+        for name in OF_LOOPS:
             value, unit = getattr(self, name), "rad" if name.endswith("angle") else "rad/s"
             if not isfinite(value):
                 raise InputRefused(f"start: {name} = {value} {unit} must be finite: give a number")
 
+
+OF_LOOPS = ("drive_angle", "load_angle", "drive_speed", "load_speed")
+"""What a start says of loops and lines alone."""
 
 Divided = tuple[Sequence[str], Any, Any, NDArray[np.bool_]]
 """Names of spans, distances of their nodes from their starts, first and last node, nodes that are held."""

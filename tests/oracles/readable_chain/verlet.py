@@ -14,13 +14,20 @@ from itertools import product
 
 import numpy as np
 
-from cabledrive.mechanics.cable_laws import taut_law
+from cabledrive.mechanics.cable_laws import taut_law, without_pushing
 from cabledrive.simulation import channels
 from cabledrive.simulation import plan as entries
 from cabledrive.simulation.dampers import AS_STRAIGHT, UNDAMPED
-from cabledrive.simulation.plan import copy_state, law_of
+from cabledrive.simulation.plan import copy_state
 
 DONE, SLACK, NOT_FINITE = range(3)
+
+
+def law_of(plan):
+    """The cable law of a plan of one rope."""
+    pretension, rigidity = plan.piece[0, [entries.PRETENSION, entries.RIGIDITY]].tolist()
+    law = entries.KERNEL_LAWS[plan.law](pretension=pretension, axial_rigidity=rigidity)
+    return without_pushing(law) if plan.tension_only else law
 
 
 def balance_of(plan):

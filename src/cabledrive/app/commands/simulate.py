@@ -217,7 +217,9 @@ def run_text(drive: Machine, result: Any, asked: float) -> str:
     lines += aligned(result.figures)
     units = {channel.name: channel.unit for channel in result.channels}
     for name, part in found.get("coordinates", {}).items():
-        lines.append(f"  {name:<32} {part['peak_to_peak']:.6g} {units[name]} peak to peak")
+        estimate = (found.get("error_estimate") or {}).get(name)
+        error = f", estimated error {100.0 * estimate['relative']:.2g} %" if estimate else ""
+        lines.append(f"  {name:<32} {part['peak_to_peak']:.6g} {units[name]} peak to peak{error}")
     for span in found.get("spans", ()):
         least, peak = stated(span["least_tension"], 5), stated(span["midpoint_peak"], 5)
         lines.append(

@@ -1,7 +1,7 @@
 """Everything that is decided before the first step of a run of a network."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from hashlib import sha256
 from typing import Any
 
@@ -10,11 +10,11 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.ranges import ALLOWED, AT_PULLEYS, sag_words, turned_at_pulleys
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
@@ -25,25 +25,14 @@ from cabledrive.simulation.channels import (
     VISCOUS_LOSS,
     Channel,
 )
+from cabledrive.simulation.error_estimate import estimated_errors
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.mesh import NetworkMesh, Rest, network_mesh, network_plan, rest_of
 from cabledrive.simulation.plan import new_state
 from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
 from cabledrive.simulation.result import NetworkResult, neglected
-from cabledrive.simulation.signals import Function, Signal, checked_signal
-from cabledrive.simulation.start import PLANES, Pluck, Recording, Scheme, plucked
-
-
-@described
-@dataclass(frozen=True, kw_only=True, eq=False)
-class NetworkStart:
-    """Where a machine with routes is at t = 0."""
-
-    plucks: tuple[Pluck, ...] = meaning("displacements of spans, called by their names; planes u, v, w", ())
-    places: Mapping[str, float] = meaning(
-        'coordinates such as "head.x" or a pulley, from rest [m], [rad]; ropes follow linearly', factory=dict
-    )
-    speeds: Mapping[str, float] = meaning("the same of their speeds [m/s], [rad/s]", factory=dict)
+from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces, checked_signal
+from cabledrive.simulation.start import OF_LOOPS, PLANES, Pluck, Recording, Scheme, Start, plucked
 
 
 def by_name(names: tuple[str, ...], given: Mapping[str, float], what: str) -> Array:
@@ -57,30 +46,33 @@ def by_name(names: tuple[str, ...], given: Mapping[str, float], what: str) -> Ar
 
 
 def placed(
-    mesh: NetworkMesh, given: Mapping[str, float], what: str, plucks: tuple[Pluck, ...]
+    mesh: NetworkMesh, given: Mapping[str, float], plucks: tuple[Pluck, ...], what: str
 ) -> tuple[Array, Array]:
     """Displacements or velocities of nodes and coordinates; ropes follow their ends linearly."""
     q, x = by_name(mesh.names, given, what), np.zeros((3, mesh.size))
-    positions = [
-        np.linspace(0.0, own, b - a + 1) for own, (a, b) in zip(mesh.length, mesh.nodes, strict=True)
-    ]
+    positions = mesh.positions
     for k, (first, last) in enumerate(mesh.nodes):
         share = positions[k] / mesh.length[k]
         ends = [mesh.ends[k, side] @ q for side in range(2)]
         x[:, first : last + 1] = ends[0][:, None] + (ends[1] - ends[0])[:, None] * share
-    held = np.isin(np.arange(mesh.size), mesh.nodes)
-    return x + plucked((mesh.pieces, positions, mesh.nodes, held), plucks, lengths=True), q
+    spans = mesh.pieces, positions, mesh.nodes, np.isin(np.arange(mesh.size), mesh.nodes)
+    return x + plucked(spans, plucks, lengths=what == "places"), q
 
 
 def routed_channels(
-    names: tuple[str, ...], motors: tuple[str, ...], spans: tuple[str, ...], travels: bool = False
+    names: tuple[str, ...],
+    motors: tuple[str, ...],
+    spans: tuple[str, ...],
+    pushed: Sequence[str] = (),
+    travels: bool = False,
 ) -> tuple[Channel, ...]:
-    """Columns of a record of a machine with routes; ``travels``: whether lengths follow its bodies."""
+    """Columns of a record; ``pushed``: coordinates with forces; ``travels``: lengths follow the bodies."""
     pose, damped = (" from the pose of the file", " with its damping") if travels else ("", "")
     both = [(name, "m" if slides(name) else "rad") for name in names]
     found = [Channel(name, unit, f"place of {name}{pose}") for name, unit in both]
     found += [Channel(f"speed of {name}", f"{unit}/s", f"speed of {name}") for name, unit in both]
     found += [Channel(f"torque on {name}", "N m", f"torque of the motor of {name}") for name in motors]
+    found += [Channel(f"force on {name}", "N", f"force on {name}") for name in pushed]
     mean = [(one, f"tension of {one}{damped}, mean along it") for one in spans]
     found += [Channel(f"mean tension, {one}", "N", words) for one, words in mean]
     found += [Channel(f"least tension, {one}", "N", f"least tension of {one}{damped}") for one in spans]
@@ -102,7 +94,7 @@ _STANDING = (
     ("body_energy", "kinetic energy of bodies, pulleys and motors"),
     ("strain_energy", "energy of the ropes above that at rest, elastic and of their weight"),
     ("spring_energy", "energy of springs and of turning bodies above that at rest"),
-    ("torque_work", f"work of the torques {_SINCE}"),
+    ("torque_work", f"work of the torques, and of forces on carriages, {_SINCE}"),
     ("transverse_loss", f"energy lost to transverse damping {_SINCE}"),
     ("axial_loss", f"energy lost to axial damping of the ropes {_SINCE}"),
     ("viscous_loss", f"energy lost to bearings, bodies and joints {_SINCE}"),
@@ -151,10 +143,6 @@ class NetworkCase(RopeRun):
         strain, springs = strain + weights + ends - self.rest.energy, springs - ends
         return np.hstack([places, torque, mean, least, middle, ropes, bodies, strain, springs, lost, balance])
 
-    def place(self, piece: int, segment: int) -> tuple[str, float]:
-        """Piece, and distance of the middle of a segment from its start [m]."""
-        return self.mesh.pieces[piece], float((segment + 0.5) * self.mesh.spacing[piece])
-
     def result(self, outcome: Outcome) -> NetworkResult:
         """Result of the run, as far as it went."""
         mesh, state, rows = self.mesh, outcome.state, outcome.rows
@@ -162,6 +150,8 @@ class NetworkCase(RopeRun):
         energies = rows[:1, columns["rope_energy"] : columns["rope_energy"] + 4].sum() if len(rows) else 0.0
         work = float(np.max(rows[:, columns["torque_work"]], initial=0.0))
         # Turning a pulley passes rope on and leaves the geometry as it is: only bodies count.
+        quantities = [*mesh.names, *(f"w at the middle of {span}" for span in mesh.pieces)]
+        estimate = estimated_errors(self, outcome, {name: columns[name] for name in quantities})
         bodies = [n for n, name in enumerate(mesh.names) if "." in name and not name.startswith("slip at ")]
         reach = np.where(np.isfinite(state.extremes), np.abs(state.extremes), 0.0).max(axis=0)
         along = np.einsum("kaxn,n->kax", np.abs(mesh.ends[:, :, [0, 2]][..., bodies]), reach[bodies])
@@ -173,6 +163,7 @@ class NetworkCase(RopeRun):
             + abs(self.rest.energy),
             midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
             slack_events=self.slack_events(state),
+            error_estimate=estimate and {name: asdict(own) for name, own in estimate[1].items()},
             largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
             assumptions=_ASSUMPTIONS + left_out(mesh.network.drive),
             doubts=(
@@ -208,8 +199,7 @@ def _sag_doubts(case: NetworkCase) -> Iterator[str]:
 def common_of_routes(case: PreparedRun, outcome: Outcome, names: tuple[str, ...]) -> dict[str, Any]:
     """What results of machines with routes hold alike; ``names``: of the coordinates."""
     extremes = np.where(np.isfinite(outcome.state.extremes), outcome.state.extremes, 0.0).T.tolist()
-    both = {name: (low, high) for name, (low, high) in zip(names, extremes, strict=True)}
-    return case.common(outcome) | {"extremes": both}
+    return case.common(outcome) | {"extremes": dict(zip(names, map(tuple, extremes), strict=True))}
 
 
 def left_out(drive: RoutedDrive) -> tuple[str, ...]:
@@ -224,38 +214,45 @@ def network_case(
     duration: float,
     *,
     torque: Mapping[str, Signal | float | Function] | Signal | float | Function = 0.0,
-    start: NetworkStart | None = None,
+    forces: Sequence[CarriageForce] = (),
+    start: Start | None = None,
     scheme: Scheme | None = None,
     recording: Recording | None = None,
 ) -> NetworkCase:
     """Check and prepare a run; arguments as of `simulate`."""
-    start, scheme, recording = start or NetworkStart(), scheme or Scheme(), recording or Recording()
-    _check(drive, scheme, recording)
+    start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
+    _check(drive, scheme, recording, start)
     mesh = network_mesh(network_of(drive), scheme.segments)
-    slack = scheme.slack == "tension-only"
     cables = (
         Cable(given_rigidity=float(rigidity), mass_per_length=1.0, pretension=float(tension))
         for tension, rigidity in zip(mesh.tension, mesh.rigidity, strict=True)
     )
-    laws = [cable_law(one, scheme.model, tension_only=slack) for one in cables]
+    laws = [cable_law(one, scheme.model, tension_only=scheme.slack == "tension-only") for one in cables]
     grid = time_grid(duration, largest_network_step(mesh, laws), scheme, recording.rate, mesh.size)
     torques = motor_torques(mesh.driven, torque, duration, grid.step)
+    torques += checked_forces(drive, forces, duration, grid.step)
+    ways = {"u": ALONG, "v": OUT_OF_PLANE, "w": ACROSS}
+    pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]
     rest = rest_of(mesh, laws)
-    x, q = placed(mesh, start.places, "places", start.plucks)
-    x_t, q_t = placed(mesh, start.speeds, "speeds", ())
-    plan = network_plan(mesh, laws, rest, step=grid.step, stop_when_slack=scheme.slack == "stop")
+    x, q = placed(mesh, start.places, start.plucks, "places")
+    x_t, q_t = placed(mesh, start.speeds, start.kicks, "speeds")
+    plan = network_plan(mesh, laws, rest, step=grid.step, scheme=scheme)
+    units = np.eye(len(mesh.names))[[mesh.names.index(name) for name in pushed]]
+    plan = plan._replace(motor=np.vstack([plan.motor, units]))
     return NetworkCase(
         machine=drive,
         scheme=scheme,
         recording=recording,
         grid=grid,
-        channels=routed_channels(mesh.names, mesh.driven, mesh.pieces),
+        channels=routed_channels(mesh.names, mesh.driven, mesh.pieces, pushed),
         torques=torques,
         holding=np.zeros(len(torques)),
         plan=plan,
         laws=laws,
         start=new_state(plan, rest.x + x, x_t, q, q_t),
         mesh=mesh,
+        names=mesh.pieces,
+        positions=mesh.positions,
         rest=rest,
         settings={
             "torque": [signal.fingerprint for signal in torques],
@@ -290,12 +287,20 @@ def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:
     ]
 
 
-def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording) -> None:
+def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Start) -> None:
     both = zip(drive.route, drive.ropes, strict=True)
     damped = next((data.name for data, rope in both if rope.axial_damping), "")
     for refused, why in (
         (scheme.method != "verlet", f'method = "{scheme.method}" is for loops and lines: take "verlet"'),
-        (scheme.friction != "stick-slip", "friction is set-valued on routes: leave smoothed friction out"),
+        (
+            scheme.friction == "smoothed"
+            and any(own.coulomb_friction and own.pivot is None for own in drive.body),
+            "friction of bodies that slide is set-valued: leave smoothed friction out",
+        ),
+        (
+            any(getattr(start, name) for name in OF_LOOPS),
+            'angles at the start are for loops and lines: give "places" and "speeds"',
+        ),
         (
             recording.fields or recording.probes,
             "whole fields and probes are not kept of routes: leave them out",

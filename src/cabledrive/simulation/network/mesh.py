@@ -29,6 +29,7 @@ from cabledrive.simulation.plan import (
     moved_by,
     rows_of_ends,
 )
+from cabledrive.simulation.start import Scheme
 
 
 class Wrap(NamedTuple):
@@ -76,7 +77,7 @@ class NetworkMesh:
     ends: Array  # (pieces, 2, 3, n): rows u, v, w of start and end
     mass: Array  # (n, n): of the coordinates, with the half cells at the ends
     stiffness: Array  # (n, n): springs and turning bodies
-    damping: Array  # (n, n): bearings and bodies
+    damping: Array  # (n, n): bearings and bodies, with the half cells across
     driven: tuple[str, ...]  # pulleys of the motors; the first of the file where there is none
     motor: Array  # (motors, n): turn of each rotor
 
@@ -84,6 +85,11 @@ class NetworkMesh:
     def size(self) -> int:
         """Number of nodes."""
         return int(self.nodes[-1, 1]) + 1
+
+    @property
+    def positions(self) -> list[Array]:
+        """Distances of the nodes of each piece from its start [m]."""
+        return [np.linspace(0.0, own, b - a + 1) for own, (a, b) in zip(self.length, self.nodes, strict=True)]
 
 
 def network_mesh(network: Network, segments: int) -> NetworkMesh:
@@ -111,6 +117,9 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
     half = 0.5 * lines * density * spacing
     mass = np.pad(network.masses.matrix, (0, len(wraps)))
     mass += np.einsum("k,kaxi,kaxj->ij", half, ends, ends)
+    dragged = half * [rope.transverse_damping for rope in ropes]
+    damping = np.pad(network.dampers.matrix, (0, len(wraps)))
+    damping += np.einsum("k,kaxi,kaxj->ij", dragged, ends[:, :, 1:], ends[:, :, 1:])
     return NetworkMesh(
         network=network,
         wraps=wraps,
@@ -126,7 +135,7 @@ def network_mesh(network: Network, segments: int) -> NetworkMesh:
         ends=ends,
         mass=mass,
         stiffness=np.pad(network.springs.matrix + network.geometric, (0, len(wraps))),
-        damping=np.pad(network.dampers.matrix, (0, len(wraps))),
+        damping=damping,
         driven=tuple(drive.pulley[number].name for number in drive.turned),
         motor=np.pad(turns_by_torque(network), ((0, 0), (0, len(wraps)))),
     )
@@ -205,9 +214,7 @@ def tables_of(mesh: NetworkMesh, weight: Array, step: float) -> tuple[Array, Arr
     return segment, node
 
 
-def network_plan(
-    mesh: NetworkMesh, laws: list[CableLaw], rest: Rest, *, step: float, stop_when_slack: bool
-) -> Plan:
+def network_plan(mesh: NetworkMesh, laws: list[CableLaw], rest: Rest, *, step: float, scheme: Scheme) -> Plan:
     """Numbers of one run; ``laws``: of each piece; ``rest``: how they hang; ``step``: time step [s]."""
     segment, node = tables_of(mesh, rest.weight, step)
     made = eliminated(mesh.nodes, segment[at.COMPLIANCE], node[at.KICK_U], mesh.ropes, mesh.ends[:, :, 0])
@@ -223,7 +230,7 @@ def network_plan(
     return Plan(
         law=number,
         tension_only=laws[0].tension_only,
-        stop_when_slack=stop_when_slack,
+        stop_when_slack=scheme.slack == "stop",
         step=step,
         axial=made.how(exact=number == at.EXACT),
         uniform=False,
@@ -237,7 +244,7 @@ def network_plan(
         damping=np.stack([mesh.damping, np.zeros_like(mesh.damping)]),
         rest=held - rest.force,
         motor=mesh.motor,
-        smooth=np.zeros(bound.size),
+        smooth=np.where(wrap[:, 0] < 0, scheme.smoothing_speed * (scheme.friction == "smoothed"), 0.0),
         wrap=wrap,
         damper=made.table,
         probe=np.column_stack([middle, half, middles.T]),

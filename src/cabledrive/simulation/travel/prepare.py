@@ -16,7 +16,6 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.case import (
-    NetworkStart,
     by_name,
     motor_torques,
     never_simulated,
@@ -24,7 +23,7 @@ from cabledrive.simulation.network.case import (
 )
 from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.start import Recording, Scheme
+from cabledrive.simulation.start import OF_LOOPS, Recording, Scheme, Start
 from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, way_of
 from cabledrive.simulation.travel.plan import TravelPlan, largest_travel_step
@@ -44,12 +43,12 @@ def travel_case(
     *,
     move: PlannedMove | None,
     torque: Mapping[str, Signal | float | Function] | Signal | float | Function,
-    start: NetworkStart | None,
+    start: Start | None,
     scheme: Scheme | None,
     recording: Recording | None,
 ) -> TravelCase:
     """Check and prepare a run; arguments as of `simulate`."""
-    start, recording = start or NetworkStart(), recording or Recording()
+    start, recording = start or Start(), recording or Recording()
     scheme = scheme or Scheme(segments=SEGMENTS)
     _check(drive, scheme, recording, start, move)
     network = network_of(drive, motor="free")
@@ -100,7 +99,7 @@ def travel_case(
 
 
 def _check(
-    drive: RoutedDrive, scheme: Scheme, recording: Recording, start: NetworkStart, move: PlannedMove | None
+    drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Start, move: PlannedMove | None
 ) -> None:
     foreign = scheme.model != "exact" or scheme.method != "verlet" or scheme.friction != "stick-slip"
     turning = next((body.name for body in drive.body if "turn" in body.moves), "")
@@ -111,7 +110,7 @@ def _check(
         (scheme.slack != "stop", "a rope that goes slack ends the run: leave --tension-only out"),
         (recording.fields or recording.probes, "whole fields and probes are not kept: leave them out"),
         (
-            start.plucks or start.places,
+            start.plucks or start.kicks or start.places or any(getattr(start, name) for name in OF_LOOPS),
             "it begins in the pose of the file with straight ropes: leave plucks out",
         ),
         (drive.carriage, "a [[carriage]] clamped to a rope would run over its pulleys: leave it out"),
