@@ -42,13 +42,11 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, asked, measured):
         cable=replace(drive.cable, axial_damping=damping),
         motor=replace(drive.motor, offset_torque=0.0),
     )
-    common = {
-        "scheme": Scheme(segments=asked["segments"], model=model),
-        "recording": Recording(rate=asked["rate"]),
-    }
+    common = {"scheme": Scheme(segments=asked["segments"], model=model)}
     loop = cd.simulate(
         drive,
         asked["duration"],
+        recording=Recording(rate=asked["rate"], probes=(("upper", 0.2),)),
         torque=Sine(amplitude=1.0, frequency=asked["frequency"]),
         start=Start(plucks=(Pluck(height=1e-3),)),
         **common,
@@ -56,6 +54,7 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, asked, measured):
     route = cd.simulate(
         as_route(drive),
         asked["duration"],
+        recording=Recording(rate=asked["rate"], probes=((UPPER, 0.2),)),
         torque=Sine(amplitude=-1.0, frequency=asked["frequency"]),
         start=Start(plucks=(Pluck(height=1e-3, span=UPPER),)),
         **common,
@@ -65,6 +64,7 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, asked, measured):
         (-route.channel("load pulley"), loop.load_angle),
         (-route.channel("rotor of drive pulley"), loop.channel("motor_angle")),
         (route.channel(f"w at the middle of {UPPER}"), loop.midpoint("upper")[:, 2]),
+        (route.channel(f"w at 0.2 m of {UPPER}"), loop.probe(2)[:, 2]),
         (route.channel("coulomb_loss"), loop.channel("coulomb_loss")),
         (route.channel("axial_loss"), loop.channel("axial_loss")),
     ]

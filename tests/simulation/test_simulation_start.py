@@ -123,7 +123,7 @@ LINE = replace(DRIVE, kind="line")
         ("force on carriage 0, but the drive has 0", {"forces": [PUSH]}),
         ("which is guided: push along u", {"drive": GUIDED, "forces": [replace(PUSH, plane="w")]}),
         ("force on carriage 0 ends at", {"drive": GUIDED, "forces": [BRIEF]}),
-        ("probe at 3.0 m of the upper span", {"recording": {"probes": (("upper", 3.0),)}}),
+        ("probe at 3.0 m of upper", {"recording": {"probes": (("upper", 3.0),)}}),
         ("fields = -1 must be a whole number", {"recording": {"fields": -1}}),
         ("records of this run take .* GB", {"duration": 1e4, "recording": {"rate": 1e5}}),
         ("does not know carriages", {"drive": GUIDED, "scheme": {"method": "node-centred"}}),

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
-from math import isfinite
 
 import numpy as np
 
@@ -169,7 +168,7 @@ def case_of(
     signal = checked_signal(torque, "torque", duration, grid.step)
     pushes = checked_forces(drive, forces, duration, grid.step)
     nodes = [(int(mesh.carriage_node[own.carriage]), PLANES.index(own.plane)) for own in forces]
-    marks = _checked_probes(mesh, recording), nodes
+    marks = recording.probes, nodes
     damping = drive.cable.transverse_damping, drive.cable.axial_damping
     plan = plan_of(mesh, law, grid.step, damping, scheme, marks)
     check_method(scheme.method, plan)
@@ -198,15 +197,3 @@ def case_of(
             "start": sha256(x.tobytes() + x_t.tobytes()).hexdigest(),
         },
     )
-
-
-def _checked_probes(mesh: Mesh, recording: Recording) -> tuple[tuple[str, float], ...]:
-    for span, place in recording.probes:
-        if span not in mesh.spans:
-            raise InputRefused(f"probe: there is no {span} span: write {' or '.join(mesh.spans)}")
-        length = float(mesh.position[0, -1])
-        if not (isfinite(place) and 0.0 <= place <= length):
-            raise InputRefused(
-                f"probe at {place} m of the {span} span, which is {length:.6g} m long: move it"
-            )
-    return recording.probes

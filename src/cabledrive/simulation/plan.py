@@ -26,7 +26,7 @@ from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.arrays import Integers
 from cabledrive.simulation.channels import TALLIES
 from cabledrive.simulation.dampers import eliminated
-from cabledrive.simulation.start import Scheme
+from cabledrive.simulation.start import Scheme, divided_spans, probed
 
 # s(z) = 1 / (1 + z + sqrt(1 + z)) for |z| <= LARGEST_Z: Chebyshev fit of degree 7, good to 2e-16.
 LARGEST_Z = 0.02
@@ -245,7 +245,7 @@ def plan_of(
         **rows_of_ends(ends),
         **_shafts(mesh, step, scheme.smoothing_speed if scheme.friction == "smoothed" else 0.0, made.loss),
         damper=made.table,
-        probe=_probes(mesh, (*midpoints, *probes)),
+        probe=np.pad(probed(divided_spans(mesh), (*midpoints, *probes)), ((0, 0), (0, 3))),
         force=np.array(forces, dtype=np.int64).reshape(-1, 2),
         stop=stops,
         beside=np.unique([joints[:-1], joints[1:] - 1]).astype(np.int64),
@@ -335,16 +335,6 @@ def _shafts(mesh: Mesh, step: float, smoothing_speed: float, dampers: Array) -> 
         "smooth": smoothing_speed * arm[rubs],
         "wrap": np.full((rubs.size, 2), -1, dtype=np.int64),
     }
-
-
-def _probes(mesh: Mesh, probes: tuple[tuple[str, float], ...]) -> Array:
-    table = np.zeros((len(probes), 5))
-    for number, (span, place) in enumerate(probes):
-        row = mesh.spans.index(span)
-        ends = mesh.position[row]
-        i = int(np.clip(np.searchsorted(ends, place, side="right") - 1, 0, mesh.segments - 1))
-        table[number, :2] = row * mesh.segments + i, (place - ends[i]) / (ends[i + 1] - ends[i])
-    return table
 
 
 def new_state(plan: Plan, x: Array, x_t: Array, q: Array, q_t: Array) -> State:

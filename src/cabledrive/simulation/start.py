@@ -144,6 +144,22 @@ def plucked(spans: Divided, plucks: Sequence[Pluck], *, lengths: bool = False) -
     return total
 
 
+def probed(spans: Divided, probes: Sequence[tuple[str, float]]) -> Array:
+    """Segment of each probe and place between its ends from 0 to 1, shape (probes, 2)."""
+    names, positions, nodes, _ = spans
+    table = np.zeros((len(probes), 2))
+    for number, (span, place) in enumerate(probes):
+        if span not in names:
+            raise InputRefused(f'probe: "{span[:60]}" is no span: take one of {"; ".join(names)}')
+        k = names.index(span)
+        x = positions[k]
+        if not 0.0 <= place <= x[-1]:
+            raise InputRefused(f"probe at {place} m of {span}, which is {x[-1]:.6g} m long: move it")
+        i = min(int(np.searchsorted(x, place, side="right")), len(x) - 1) - 1
+        table[number] = nodes[k][0] + i, (place - x[i]) / (x[i + 1] - x[i])
+    return table
+
+
 def place_at_start(drive: Drive, mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, float]:
     """Where everything is at t = 0: displacements u, v, w, shape (3, nodes), and of the rotor at the rim [m].
 

@@ -50,13 +50,11 @@ def placed(
 ) -> tuple[Array, Array]:
     """Displacements or velocities of nodes and coordinates; ropes follow their ends linearly."""
     q, x = by_name(mesh.names, given, what), np.zeros((3, mesh.size))
-    positions = mesh.positions
     for k, (first, last) in enumerate(mesh.nodes):
-        share = positions[k] / mesh.length[k]
+        share = mesh.spans[1][k] / mesh.length[k]
         ends = [mesh.ends[k, side] @ q for side in range(2)]
         x[:, first : last + 1] = ends[0][:, None] + (ends[1] - ends[0])[:, None] * share
-    spans = mesh.pieces, positions, mesh.nodes, np.isin(np.arange(mesh.size), mesh.nodes)
-    return x + plucked(spans, plucks, lengths=what == "places"), q
+    return x + plucked(mesh.spans, plucks, lengths=what == "places"), q
 
 
 def routed_channels(
@@ -64,9 +62,10 @@ def routed_channels(
     motors: tuple[str, ...],
     spans: tuple[str, ...],
     pushed: Sequence[str] = (),
+    points: Sequence[str] = (),
     travels: bool = False,
 ) -> tuple[Channel, ...]:
-    """Columns of a record; ``pushed``: coordinates with forces; ``travels``: lengths follow the bodies."""
+    """Columns of a record; coordinates with forces, points of spans, whether lengths follow the bodies."""
     pose, damped = (" from the pose of the file", " with its damping") if travels else ("", "")
     both = [(name, "m" if slides(name) else "rad") for name in names]
     found = [Channel(name, unit, f"place of {name}{pose}") for name, unit in both]
@@ -78,12 +77,8 @@ def routed_channels(
     found += [Channel(f"least tension, {one}", "N", f"least tension of {one}{damped}") for one in spans]
     if travels:
         found += [Channel(f"free length, {one}", "m", f"free length of {one}") for one in spans]
-    else:
-        places = [(one, plane) for one in spans for plane in PLANES]
-        found += [
-            Channel(f"{plane} at the middle of {one}", "m", f"displacement {plane} at the middle of {one}")
-            for one, plane in places
-        ]
+    places = [f"{plane} at {point}" for point in points for plane in PLANES]
+    found += [Channel(name, "m", f"displacement {name}") for name in places]
     energies = _TRAVELLING if travels else _STANDING
     return (*found, *(Channel(name, "J", words) for name, words in energies))
 
@@ -132,7 +127,9 @@ class NetworkCase(RopeRun):
     def columns(self, found: Array) -> Array:
         """The columns of a machine with routes, from what the kernels record."""
         pieces, n = len(self.plan.nodes), len(self.mesh.names)
-        edges = np.cumsum([pieces, pieces, 2 * pieces, pieces, 3 * pieces, 1, 1, 1, TALLIES, 1, 2 * n])
+        edges = np.cumsum(
+            [pieces, pieces, 2 * pieces, pieces, 3 * len(self.plan.probe), 1, 1, 1, TALLIES, 1, 2 * n]
+        )
         parts = np.split(found, edges, axis=1)
         mean, least, ropes, strain, middle, weights, bodies, springs, *parts = parts
         tallies, balance, places, torque = parts
@@ -236,7 +233,9 @@ def network_case(
     rest = rest_of(mesh, laws)
     x, q = placed(mesh, start.places, start.plucks, "places")
     x_t, q_t = placed(mesh, start.speeds, start.kicks, "speeds")
-    plan = network_plan(mesh, laws, rest, step=grid.step, scheme=scheme)
+    points = [f"the middle of {span}" for span in mesh.pieces]
+    points += [f"{place:g} m of {span}" for span, place in recording.probes]
+    plan = network_plan(mesh, laws, rest, recording.probes, grid.step, scheme)
     units = np.eye(len(mesh.names))[[mesh.names.index(name) for name in pushed]]
     plan = plan._replace(motor=np.vstack([plan.motor, units]))
     return NetworkCase(
@@ -244,7 +243,7 @@ def network_case(
         scheme=scheme,
         recording=recording,
         grid=grid,
-        channels=routed_channels(mesh.names, mesh.driven, mesh.pieces, pushed),
+        channels=routed_channels(mesh.names, mesh.driven, mesh.pieces, pushed, points),
         torques=torques,
         holding=np.zeros(len(torques)),
         plan=plan,
@@ -252,7 +251,7 @@ def network_case(
         start=new_state(plan, rest.x + x, x_t, q, q_t),
         mesh=mesh,
         names=mesh.pieces,
-        positions=mesh.positions,
+        positions=mesh.spans[1],
         rest=rest,
         settings={
             "torque": [signal.fingerprint for signal in torques],
@@ -301,10 +300,7 @@ def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Star
             any(getattr(start, name) for name in OF_LOOPS),
             'angles at the start are for loops and lines: give "places" and "speeds"',
         ),
-        (
-            recording.fields or recording.probes,
-            "whole fields and probes are not kept of routes: leave them out",
-        ),
+        (recording.fields, "whole fields are not kept of routes: leave them out"),
         *never_simulated(drive),
         (
             damped and scheme.slack == "tension-only",

@@ -29,7 +29,7 @@ from cabledrive.simulation.plan import (
     moved_by,
     rows_of_ends,
 )
-from cabledrive.simulation.start import Scheme
+from cabledrive.simulation.start import Divided, Scheme, probed
 
 
 class Wrap(NamedTuple):
@@ -87,9 +87,11 @@ class NetworkMesh:
         return int(self.nodes[-1, 1]) + 1
 
     @property
-    def positions(self) -> list[Array]:
-        """Distances of the nodes of each piece from its start [m]."""
-        return [np.linspace(0.0, own, b - a + 1) for own, (a, b) in zip(self.length, self.nodes, strict=True)]
+    def spans(self) -> Divided:
+        """Its pieces as plucks and probes take them."""
+        both = zip(self.length, self.nodes, strict=True)
+        positions = [np.linspace(0.0, own, last - first + 1) for own, (first, last) in both]
+        return self.pieces, positions, self.nodes, np.isin(np.arange(self.size), self.nodes)
 
 
 def network_mesh(network: Network, segments: int) -> NetworkMesh:
@@ -214,14 +216,21 @@ def tables_of(mesh: NetworkMesh, weight: Array, step: float) -> tuple[Array, Arr
     return segment, node
 
 
-def network_plan(mesh: NetworkMesh, laws: list[CableLaw], rest: Rest, *, step: float, scheme: Scheme) -> Plan:
-    """Numbers of one run; ``laws``: of each piece; ``rest``: how they hang; ``step``: time step [s]."""
+def network_plan(
+    mesh: NetworkMesh,
+    laws: list[CableLaw],
+    rest: Rest,
+    probes: Sequence[tuple[str, float]],
+    step: float,
+    scheme: Scheme,
+) -> Plan:
+    """Numbers of one run: laws of the pieces, how they hang, points to record, time step [s], friction."""
     segment, node = tables_of(mesh, rest.weight, step)
     made = eliminated(mesh.nodes, segment[at.COMPLIANCE], node[at.KICK_U], mesh.ropes, mesh.ends[:, :, 0])
     rub, bound, wrap, held = rubbing_of(mesh.network, mesh.wraps)
-    middle = mesh.nodes.sum(axis=1) // 2
-    half = mesh.nodes.sum(axis=1) % 2 / 2.0
-    middles = (1.0 - half) * rest.x[:, middle] + half * rest.x[:, middle + 1]
+    probe = probed(mesh.spans, [*zip(mesh.pieces, 0.5 * mesh.length, strict=True), *probes])
+    before, share = probe[:, 0].astype(np.int64), probe[:, 1]
+    places = (1.0 - share) * rest.x[:, before] + share * rest.x[:, before + 1]
     numbers = [(law.pretension, law.axial_rigidity, law.slack_strain) for law in laws]
     if (number := kernel_number(laws[0])) == at.OWN:
         raise InputRefused(
@@ -247,5 +256,5 @@ def network_plan(mesh: NetworkMesh, laws: list[CableLaw], rest: Rest, *, step: f
         smooth=np.where(wrap[:, 0] < 0, scheme.smoothing_speed * (scheme.friction == "smoothed"), 0.0),
         wrap=wrap,
         damper=made.table,
-        probe=np.column_stack([middle, half, middles.T]),
+        probe=np.column_stack([probe, places.T]),
     )
