@@ -126,22 +126,20 @@ def network_of_drive(
         machine, motor=motor, hold=sorted(held), statics=Statics(drive=machine, stretches=stretches)
     )
     found = network_of_routes(network)
-    pieces = _called(drive, network, held)
     hangs = {own for section in slack for own in section.stretches}
     lies = [taut or piece.rest in hangs for piece in network.pieces]
+    arms = (-own.radius for own in (*drive.pulley, drive.drive_pulley))
     return replace(
         found,
         names=tuple(
             MOTOR if name == f"rotor of {DRIVE_PULLEY}" else name.removesuffix(f" {ALONG}")
             for name in found.names
         ),
-        pieces=pieces,
+        pieces=_called(drive, network, held),
         waves=tuple(own for own in found.waves if own.tag[1] == ALONG or not lies[own.tag[0]]),
         ropes=tuple(own for own in found.ropes if not lies[own.tags[0][0]]),
         rims=PULLEYS,
-        units=dict(
-            zip((*PULLEYS, MOTOR), (-own.radius for own in (*drive.pulley, drive.drive_pulley)), strict=True)
-        ),
+        units=dict(zip((*PULLEYS, MOTOR), arms, strict=True)),
         by_span=False,
         slack=slack,
     ), network

@@ -43,7 +43,7 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
 
     Without a name the first axis that is a chain. Refused: no such axis, a load not at the end of it.
     """
-    if isinstance(drive, Drive):
+    if drive.axis is not None:
         if axis not in (None, drive.axis.load):
             raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
         return drive

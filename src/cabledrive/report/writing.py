@@ -194,7 +194,7 @@ def write_report(
         If the modes of a drive could not be computed.
     """
     for drive in drives:
-        if isinstance(drive, Drive):
+        if drive.axis is not None:
             require_two_pulleys(drive, "`write_report`")
     path = check_writable(path, force=force)
     beside = tuple(linked_page(page, path.parent) for page in links)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from cabledrive.identification.printer import belt_of, is_printer_file
 from cabledrive.parameters import InputRefused, NotComputed, drive_text
-from cabledrive.parameters.route import RoutedDrive
 from cabledrive.studies.mode_map import coordinates_of
 from cabledrive.studio.library import slug
 from cabledrive.studio.state import Desk, State, arguments, drive_of
@@ -59,10 +58,10 @@ class Asking:
 def map_option(desk: Desk, state: State) -> list[str]:
     """The map of a cable round two pulleys as an option; a machine with routes has none."""
     try:
-        routes = isinstance(drive_of(desk.library, state), RoutedDrive)
+        drive = drive_of(desk.library, state)
     except (InputRefused, NotComputed):
-        routes = False
-    return [] if routes else ["--map", "map.html"]
+        return ["--map", "map.html"]
+    return [] if drive.axis is None else ["--map", "map.html"]
 
 
 def number(text: str, words: str) -> float:
