@@ -6,9 +6,10 @@ from math import pi
 import numpy as np
 
 import cabledrive as cd
-from cabledrive.reduction.sagging_model import longitudinal_modes
-from cabledrive.reduction.static_state import free_stretches, static_state
-from cabledrive.studies.motion_response import prepare
+from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.rest import rest_state
+from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.studies.motion_response import _crossing_times, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
 
 KINDS = ("1:2", "direct", "sum", "anywhere")
@@ -105,11 +106,18 @@ def taut(drive):
     if not 3e-4 < drive.cable.prestrain < 2e-2:
         return None
     try:
-        state = static_state(drive, segments=60)
+        state = rest_state(drive)
     except (cd.NotComputed, cd.InputRefused):
         return None
-    fits = state.tension.min() > 0.25 * drive.cable.pretension and state.steepest < 0.08
+    forces = [own for piece in state.stretches for own in (piece.force, piece.end_force)]
+    steepest = max(abs(across / along) for along, across in forces)
+    fits = state.lowest_tension > 0.25 * drive.cable.pretension and steepest < 0.08
     return state if fits else None
+
+
+def crossing_times(drive):
+    """Time that a transverse wave takes along each free stretch, upper first."""
+    return _crossing_times(network_of(as_machine(drive, turned=True)))
 
 
 def tuned(rng, kind, drive):
@@ -117,21 +125,20 @@ def tuned(rng, kind, drive):
     state = taut(drive)
     if state is None:
         return None
-    modes = longitudinal_modes(drive, state, 0.0)
-    along = [w for w in modes.natural if w > 0.0]
+    along = [2 * pi * hertz for hertz in cd.natural_frequencies(drive, count=2, motor="free")]
     pulley = along[int(rng.uniform() < 0.25)]
-    parts = free_stretches(drive, state)
+    parts = crossing_times(drive)
     which, number = int(rng.integers(len(parts))), int(rng.integers(1, 9))
     if kind == "1:2":
         aim = 0.5 * pulley * (1 + 0.01 * rng.standard_normal())
         for _ in range(4):
-            own = number * pi / free_stretches(drive, state)[which].travel_time
+            own = number * pi / crossing_times(drive)[which]
             drive = with_pretension(drive, drive.cable.pretension * (aim / own) ** 2)
             state = taut(drive)
             if state is None:
                 return None
         return drive, pulley * (1 + 0.003 * rng.standard_normal())
-    own = pi / parts[which].travel_time
+    own = pi / parts[which]
     if kind == "direct":
         return drive, min(number, 5) * own * (1 + 0.01 * rng.standard_normal())
     if kind == "sum":
@@ -166,8 +173,7 @@ def random_sample(rng, node_steps=MOST_NODE_STEPS, heavy=False):
         if found is None:
             continue
         drive, omega = found
-        state = static_state(drive, segments=60)
-        lowest = pi / max(part.travel_time for part in free_stretches(drive, state))
+        lowest = pi / max(crossing_times(drive))
         duration = 2 * pi / lowest * rng.uniform(12, 25)
         speed = drive.cable.axial_wave_speed
         cost = duration * speed / (drive.span_length / 100) * 100 * len(drive.spans)
@@ -187,11 +193,11 @@ def random_sample(rng, node_steps=MOST_NODE_STEPS, heavy=False):
 def scaled(sample, size, rng):
     """The same motion, its torque such that a linear span would lose a share of its least tension."""
     drive, unit = sample.drive, sample.motion.torque
-    holding = static_state(drive, segments=60).holding_torque
+    holding = rest_state(drive).holding_torque
     small = 1e-6 * drive.cable.pretension * drive.drive_pulley.radius
     trial = PlannedMotion(time=sample.motion.time, torque=holding + small * unit)
     prepared = prepare(drive, trial)
-    rest = float(prepared.states[0].tension.min())
+    rest = float(prepared.models[0].rest.min())
     lost = max(rest - prepared.response().tension, 1e-12 * rest)
     amplitude = min(size * rest / lost * small, 0.5 * rest * drive.drive_pulley.radius)
     if rng.uniform() < 0.25:
@@ -204,7 +210,7 @@ def scaled(sample, size, rng):
 
 def scaled_torque(sample, factor):
     """The same motion with its torque above the holding torque multiplied."""
-    holding = static_state(sample.drive, segments=60).holding_torque
+    holding = rest_state(sample.drive).holding_torque
     torque = holding + factor * (sample.motion.torque - holding)
     return replace(sample, motion=PlannedMotion(time=sample.motion.time, torque=torque))
 
@@ -217,8 +223,8 @@ def varied(sample, rng):
     drive = replace(drive, cable=replace(drive.cable, transverse_damping=loss))
     if taut(drive) is None:
         return None
-    old = static_state(sample.drive, segments=60).holding_torque
-    new = static_state(drive, segments=60).holding_torque
+    old = rest_state(sample.drive).holding_torque
+    new = rest_state(drive).holding_torque
     time, above = sample.motion.time, sample.motion.torque - old
     if rng.uniform() < 0.4:
         signal = str(rng.choice(SIGNALS))

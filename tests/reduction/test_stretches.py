@@ -11,14 +11,18 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import cabledrive as cd
+from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.network import network_of
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction import stretch_kernels as kernels
 from cabledrive.reduction import stretch_runs as runs
 from cabledrive.reduction.autoparametric import autoparametric_model, oscillators
-from cabledrive.reduction.static_state import static_state
 from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of
 from cabledrive.reduction.transverse_sections import fixed_length, largest_slope, span_tensions
 from cabledrive.reduction.uniform_tension import integrate, uniform_tension_model
+from cabledrive.studies import motion_stages
+from cabledrive.studies.motion_snapshot import longitudinal_of, snapshot_of
 from resonance_samples import damped
 
 TUNED = cd.load_drive(
@@ -36,17 +40,18 @@ PLUCKS = np.array([0.5, -0.3, 0.2, 0.1])
 
 
 def small_model(full):
-    """Two modes along, two spans in two planes with three modes each; full: with sag and a follower."""
-    rng, shape = np.random.default_rng(7), (4, 3)
+    """Two modes along, two spans in two planes, three modes each; full: sag, two strands, a follower."""
+    rng, shape, strands = np.random.default_rng(7), (4, 3), 1 + full
     rows, wide = 2 + full, (*shape, 3) if full else shape
-    coupling, square = rng.normal(size=(rows, *wide)), rng.normal(size=wide)
+    coupling = rng.normal(size=(rows, *wide))
+    square = rng.normal(size=(4, strands, 3, 3) if full else shape)
     if full:
-        coupling, square = coupling + coupling.swapaxes(2, 3), square + square.swapaxes(1, 2)
-    carried = np.tile(np.eye(2), (2, 2))
+        coupling, square = coupling + coupling.swapaxes(2, 3), square + square.swapaxes(2, 3)
+    carried = np.tile(np.eye(2), (2 * strands, 2 * strands))
     return StretchModel(
         natural=np.array([3.0, 5.0]),
         damping=np.array([[0.3, 0.1], [0.1, 0.5]]),
-        torque_shape=np.array([0.8, -0.5]),
+        torque_shape=np.array([[0.8], [-0.5]]) if full else np.array([0.8, -0.5]),
         transverse=np.tile([4.0, 8.0, 12.0], (4, 1)),
         mass=rng.uniform(0.5, 1.5, shape),
         loss=rng.uniform(0.0, 0.4, shape),
@@ -54,12 +59,13 @@ def small_model(full):
         direct=full * rng.normal(size=(rows, *shape)),
         coupling=coupling,
         softness=full * np.array([0.1, 0.04]),
-        bend=full * rng.normal(size=shape),
+        bend=full * rng.normal(size=(4, strands, 3)),
+        shoved=np.zeros((4, 3, 1)),
         square=square,
         carried=carried,
         rest=np.array([5.0, 6.0]),
         tension=rng.normal(size=(2, rows)),
-        raised=np.tile(np.eye(2), 2),
+        raised=np.tile(np.eye(2), 2 * strands),
         slopes=np.array([1.0, 2.0, 3.0]),
         steepest=10.0,
         probes=np.tile(np.array([1.0, 0.0, -1.0])[:, None], (4, 1, 1)),
@@ -67,17 +73,16 @@ def small_model(full):
         highest=5.0,
         friction=np.zeros(3),
         friction_shape=np.ones((3, 2)),
-        followers=np.array([2] if full else [], dtype=np.int64),
-        rim_force=0.7,
     )
 
 
 def sums(model, a):
     """Q and P of the module, by their definition."""
     full = model.coupling.ndim == 4
-    q, p = ("kbij,bi,bj->k", "bij,bi,bj->b") if full else ("kbi,bi,bi->k", "bi,bi,bi->b")
+    q, p = ("kbij,bi,bj->k", "bnij,bi,bj->bn") if full else ("kbi,bi,bi->k", "bi,bi,bi->b")
     along = np.einsum("kbi,bi->k", model.direct, a) + 0.5 * np.einsum(q, model.coupling, a, a)
-    return along, np.einsum("bi,bi->b", model.bend, a) + 0.5 * np.einsum(p, model.square, a, a)
+    bent = np.einsum("bni,bi->bn", model.bend, a)
+    return along, bent.ravel() + 0.5 * np.einsum(p, model.square, a, a).ravel()
 
 
 def forces(model, q, a, held):
@@ -94,7 +99,7 @@ def forces(model, q, a, held):
 
 
 def held_by(model):
-    return np.full(model.followers.size, model.rim_force * TORQUE)
+    return np.full(len(model.direct) - 2, TORQUE)
 
 
 def started(model, step, **more):
@@ -161,7 +166,7 @@ def run(steps):
     """Places alone: the rates lack the last half kick."""
     numbers, state = started(small_model(True), SAMPLE / steps)
     seen = np.zeros((4, 1)), np.zeros((4, 3)), np.zeros((4, 3)), np.array([np.inf]), np.zeros((0, 3))
-    runs.extremes_run(numbers, state, np.full(steps, TORQUE), 0, 0.0, seen)
+    runs.extremes_run(numbers, state, np.full((steps, 1), TORQUE), 0, 0.0, seen)
     return state.modes[:2], state.sines
 
 
@@ -177,7 +182,7 @@ def sample(steps):
         (sample, False, FORCES @ INPUTS),
         (recorded, False, TORQUE * small_model(False).torque_shape),
         (lanes, False, TORQUE * small_model(False).torque_shape),
-        (run, True, TORQUE * small_model(True).torque_shape),
+        (run, True, TORQUE * small_model(True).torque_shape[:, 0]),
     ],
 )
 def test_a_motion_is_that_of_the_equations_to_second_order_of_its_steps(way, full, push):
@@ -271,25 +276,33 @@ def test_oscillators_are_those_of_internal_resonance():
 
 
 # --- A sagging loop, Eq. (A.36)
+def made(drive, count):
+    """Its model about the state of rest with the first modes of every row, and their waves."""
+    network = network_of(as_machine(drive, turned=True), motor=FREE)
+    top = (count + 0.5) * np.pi / float(network.time[1])
+    one = snapshot_of(network, longitudinal_of(network, 4), top, shapes=False)
+    waves = one.waves(range(len(one.keys)))
+    rows = sagging.rows_of(np.array([key[1] for key in one.keys]), waves.moved > 0.0)
+    return sagging.sagging_model(waves, [(own, np.array([0])) for own in rows]), waves
+
+
 @pytest.mark.parametrize("scale", [3.0, 6.0])
 def test_sag_raises_the_first_symmetric_mode_in_the_plane_as_irvine_says(scale, measured):
     """tan x = x - 4 x^3 / lambda^2 with x half the wave number times the span; uniform tension along it."""
     cable = cd.Cable(youngs_modulus=1e12, area=1e-6, mass_per_length=0.08, pretension=250.0 * scale)
     layout, pulley = cd.Layout(span_length=50.0), cd.Pulley(radius=0.05, inertia=1.0, fixed=True)
     drive = cd.Drive(name="line", kind="line", cable=cable, layout=layout, pulley=(pulley, pulley))
-    state = static_state(drive, segments=200)
-    model, _ = sagging.sagging_model(
-        drive, state, sagging.longitudinal_modes(drive, state, 0.0), [range(1, 12)]
-    )
-    stiffness = np.diag(model.mass[0] * model.transverse[0] ** 2)
-    stiffness += model.carried[0, 0] * np.outer(model.bend[0], model.bend[0])
-    found = np.sqrt(eigh(stiffness, np.diag(model.mass[0]), eigvals_only=True))
-    tension, rigidity = float(state.tension.mean()), drive.cable.axial_rigidity
+    model, waves = made(drive, 11)
+    row = next(row for row in range(2) if model.bend[row].any())
+    stiffness = np.diag(model.mass[row] * model.transverse[row] ** 2)
+    stiffness += model.carried[row, row] * np.outer(model.bend[row, 0], model.bend[row, 0])
+    found = np.sqrt(eigh(stiffness, np.diag(model.mass[row]), eigvals_only=True))
+    tension, rigidity = float(sagging.sag_slopes(waves)[1].mean()), drive.cable.axial_rigidity
     ratio = 0.08 * 9.81 * 50.0 / tension
     measured(f"first mode in the plane {found[0] / (2.0 * np.pi):.4f} Hz under {tension:.1f} N")
     parameter = ratio**2 * rigidity / tension
     x = brentq(lambda x: np.sin(x) - (x - 4 * x**3 / parameter) * np.cos(x), 0.5 * np.pi + 1e-9, np.pi - 1e-9)
-    string = float(model.transverse[0, 0]) / np.pi
+    string = float(model.transverse[row, 0]) / np.pi
     expected = 2.0 * x * string
     seen = min(found, key=lambda w: abs(w - expected))
     assert seen == pytest.approx(expected, rel=3e-3), (
@@ -297,21 +310,15 @@ def test_sag_raises_the_first_symmetric_mode_in_the_plane_as_irvine_says(scale, 
     )
 
 
-def made(drive, numbers, segments=40):
-    """Its model about the state of rest."""
-    state = static_state(drive, segments=segments)
-    return sagging.sagging_model(drive, state, sagging.longitudinal_modes(drive, state, 0.0), numbers)[0]
-
-
 @pytest.mark.kernel
 def test_friction_above_the_torque_holds_the_rims():
     """Below its Coulomb friction neither pulley turns, and the modes keep still."""
     drive = cd.load_drive("dissertation-2")
     drive = replace(drive, pulley=tuple(replace(p, coulomb_friction=0.02) for p in drive.pulley))
-    model, torque = made(drive, [[1], [1]]), np.full(400, 0.01)
+    (model, _), torque = made(drive, 1), np.full((400, 1), 0.01)
     moved = [
-        sagging.integrate([(own, torque)], 1e-5, history=True)[1][-1, : model.natural.size]
-        for own in (model, model._replace(friction=np.zeros(3)))
+        motion_stages.integrate([(own, torque)], 1e-5, history=True)[1][-1, : model.natural.size]
+        for own in (model, model._replace(friction=np.zeros(2)))
     ]
     held, free = (model.friction_shape[:2] @ own for own in moved)
     assert np.max(np.abs(held)) < 1e-3 * np.abs(free[0]), (held, free)
@@ -321,7 +328,7 @@ def test_friction_above_the_torque_holds_the_rims():
 def test_a_free_mode_across_dies_out_at_its_rate_down_to_the_floor():
     """exp(-c t/2) of the amplitude is left; a mode that has died out is kept at the floor."""
     settings = ["cable.transverse_damping=8", "layout.gravity=0"]
-    model = made(cd.load_drive("dissertation-3", overrides=settings), [[1, 2], [1, 2]])
+    model, _ = made(cd.load_drive("dissertation-3", overrides=settings), 2)
     numbers, steps, h = numbers_of(model, 1e-5), 1500, 1e-5
     left = np.exp(-0.5 * model.loss * steps * h)
     for floor, expected in ((0.0, 1e-9 * left), (0.99e-9, np.full(left.shape, 0.99e-9))):
@@ -329,7 +336,7 @@ def test_a_free_mode_across_dies_out_at_its_rate_down_to_the_floor():
         state.sines[:] = 1e-9
         seen = np.zeros((rows, model.probes.shape[2])), np.zeros((rows, m)), np.zeros((rows, m))
         rest_of = np.array([np.inf]), np.zeros((0, len(model.direct)))
-        runs.extremes_run(numbers, state, np.zeros(steps), 0, floor, (*seen, *rest_of))
+        runs.extremes_run(numbers, state, np.zeros((steps, 1)), 0, floor, (*seen, *rest_of))
         size = np.hypot(state.sines, state.rates / model.transverse)
         np.testing.assert_allclose(size, expected, rtol=2e-3)
         np.testing.assert_allclose(seen[1], 1e-9, rtol=1e-3)

@@ -15,7 +15,7 @@ from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import moved
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
 from cabledrive.studies.mode_map import SAME, Grid, distinct, map_modes
-from cabledrive.studies.route_snapshot import Snapshot, tracked
+from cabledrive.studies.motion_snapshot import Snapshot, tracked
 from oracles.route_fem import frequencies_of_route
 
 BED = {"head.x": [0.06, 0.21, 0.36], "beam.y": [0.05, 0.33]}
@@ -135,27 +135,21 @@ def test_zones_name_ropes_and_places_and_reach_as_far_as_the_order():
 
 
 # --- Modes followed from pose to pose: through a crossing, a veering, and where no step is small enough
-KEYS = (("left", "w", 1), ("right", "w", 1), ("right", "w", 2))
+KEYS = (("left", "w", -1, 1), ("right", "w", -1, 1), ("right", "w", -1, 2))
 
 
 def snapshot(shape, across):
     """Three modes with these shapes, shape (points, 3), and frequencies; one longitudinal mode."""
-    coupling = (shape.T @ np.diag(np.arange(1.0, len(shape) + 1.0)) @ shape)[None]
     return Snapshot(
-        along=np.ones(1),
-        along_loss=np.zeros(1),
-        along_turn=np.ones((1, 1)),
+        network=None,
+        along=(SimpleNamespace(frequency=1.0),),
         along_shape=np.ones((1, 1)),
-        strain=np.ones((1, 1)),
-        tension=np.ones(1),
+        along_sign=np.ones(1),
         keys=KEYS,
-        across=np.asarray(across, dtype=float),
-        across_loss=np.arange(3.0),
-        across_turn=np.arange(3.0)[:, None],
-        coupling=coupling,
+        pieces=((0,),) * 3,
+        across=tuple(SimpleNamespace(frequency=one) for one in across),
         shape=shape,
-        certified=True,
-        top=100.0,
+        across_sign=np.ones(3),
     )
 
 
@@ -173,10 +167,9 @@ def test_modes_that_cross_keep_their_shapes_and_not_their_numbers():
 
     found, doubts = tracked([between(0.0), between(1.0)], between)
     assert doubts == []
-    assert found[1].across.tolist() == [1.9, 1.1, 3.0]
+    assert [own.frequency for own in found[1].across] == [1.9, 1.1, 3.0]
     np.testing.assert_array_equal(found[1].shape, first)  # signs as well
-    np.testing.assert_allclose(found[1].coupling, found[0].coupling)
-    assert found[1].across_loss.tolist() == [1.0, 0.0, 2.0]
+    assert found[1].across_sign.tolist() == [-1.0, 1.0, 1.0]
 
 
 def test_modes_that_turn_into_each_other_are_followed_in_smaller_steps():

@@ -98,6 +98,21 @@ def test_the_vibration_is_that_of_a_chain_that_scipy_integrates(ramp, measured):
     assert lowest == pytest.approx(sorted(both.min(axis=1)), abs=0.01 * change)
 
 
+def test_torques_of_a_loop_count_as_its_rope_runs(tmp_path, measured):
+    """That of the drive pulley relieves the upper span as in a simulation, that of the load pulley not."""
+    motion, settings, found = tmp_path / "motion.csv", "layout.gravity=0", []
+    for head, row in (("torque [N m]", "{}"), ("torque [N m],load torque [N m]", "0,{}")):
+        rows = [f"{t:.3f},{row.format(0.05 * t)}\n" for t in np.linspace(0.0, 0.2, 101)]
+        motion.write_text(f"time [s],{head}\n" + "".join(rows))
+        judged = answer("check", "dissertation-2", "--set", settings, "--motion", str(motion))["motion"]
+        found.append([one["lowest_tension"] for one in judged["spans"]])
+    run = cd.simulate(cd.load_drive("dissertation-2", overrides=[settings]), 0.2, torque=lambda t: 0.05 * t)
+    known = [float(run.channel(f"mean_tension_{span}").min()) for span in ("upper", "lower")]
+    measured(f"lowest {found[0]} N, simulated {known} N; by the load {found[1]} N")
+    np.testing.assert_allclose(found[0], known, atol=0.1 * abs(known[0] - known[1]))
+    assert found[1][0] > found[1][1]
+
+
 def test_places_that_the_ropes_do_not_allow_are_refused():
     time = np.linspace(0.0, 1.0, 101)
     for drive, starts, words in (

@@ -9,22 +9,24 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import cabledrive as cd
-from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY
+from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY
 from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal.natural import straight_modes
 from cabledrive.parameters.drive_file import drive_from_text, packaged_text
+from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.sagging_model import longitudinal_modes, sagging_model
-from cabledrive.reduction.static_state import free_stretches, static_state, static_strain
+from cabledrive.reduction.stretch_runs import extremes_run
+from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of
 from cabledrive.reduction.threshold import mode_thresholds
+from cabledrive.reduction.waves import waves_of
 from cabledrive.simulation import Pluck, Scheme, Start
-from cabledrive.studies import pair_thresholds as near_resonance
-from cabledrive.studies.alarm import alarm, growth_along
-from cabledrive.studies.motion_response import _tensions
-from cabledrive.studies.pair_thresholds import waves_of
+from cabledrive.studies import motion_stages
+from cabledrive.studies.alarm import alarm
+from cabledrive.studies.excited_modes import lines_of
+from cabledrive.studies.motion_snapshot import longitudinal_of
 from cabledrive.studies.planned_motion import PlannedMotion, read_motion
-from cabledrive.studies.route_path import RoutePath
-from cabledrive.studies.route_snapshot import POINTS, Snapshot
 from cabledrive.trajectories import pulse
 from command import answer, refusal
 from network_samples import as_route, without_gravity
@@ -45,7 +47,7 @@ def damped_route(loop):
 
 @pytest.mark.parametrize(("share", "number"), [(0.5, 1), (2.0, 1), (4.0, 1), (2.0, 6)])
 def test_a_loop_as_a_route_has_the_alarm_of_the_loop(share, number, measured):
-    """The loop's alarm shares neither modes nor integrator; its back-action is small at these amplitudes."""
+    """Of the torque that the file of the loop counts as the rope runs."""
     loop = damped_loop()
     loop = replace(loop, cable=replace(loop.cable, pretension=loop.cable.pretension / number**2))
     route = damped_route(loop)
@@ -53,7 +55,10 @@ def test_a_loop_as_a_route_has_the_alarm_of_the_loop(share, number, measured):
     time = np.linspace(0.0, 1.5, 15_001)
     torque = share * pairs.threshold_torque * np.sin(2.0 * np.pi * pairs.pulley_frequency * time)
     motion = PlannedMotion(time=time, torque=torque)
-    expected, found = (alarm(one, motion, floor=1e-5 / number**3) for one in (loop, route))
+    reverse = PlannedMotion(time=time, torque=-torque)  # of a pulley that the rope passes clockwise
+    expected, found = (
+        alarm(one, own, floor=1e-5 / number**3) for one, own in ((loop, motion), (route, reverse))
+    )
     assert found.verdict == expected.verdict
     first = [max(one.largest for one in who.modes if one.number == number) for who in (expected, found)]
     measured(f"{share} of the threshold: {1e3 * first[0]:.4g} mm, as a route {1e3 * first[1]:.4g} mm")
@@ -83,7 +88,8 @@ def test_a_mode_that_carriages_bring_into_resonance_is_looked_at():
     time = np.linspace(0.0, 60.0 / pair.longitudinal_hz, 3601)
     torque = 4.0 * pair.threshold_torque * np.sin(2.0 * np.pi * pair.longitudinal_hz * time)
     motion = PlannedMotion(time=time, torque=torque)
-    known, found = (alarm(one, motion, floor=1e-9) for one in (loop, route))
+    reverse = PlannedMotion(time=time, torque=-torque)  # of a pulley that the rope passes clockwise
+    known, found = alarm(loop, motion, floor=1e-9), alarm(route, reverse, floor=1e-9)
     grown = [max(who.modes, key=lambda mode: mode.largest) for who in (known, found)]
     assert grown[0].number == grown[1].number > 4
     growth = [np.log(own.largest / 1e-9) for own in grown]
@@ -100,44 +106,43 @@ def test_carriages_on_rails_may_stand_close_together(gap):
     assert len(spans) == 2 + (gap > 0.75 / 40.0)
 
 
-def swept_path(steps, rate):
-    """One longitudinal mode that swings freely and two coupled transverse ones whose frequencies change."""
-
-    def snapshot(scale):
-        return Snapshot(
-            along=np.array([60.0]),
-            along_loss=np.array([0.0]),
-            along_turn=np.array([[0.0]]),
-            along_shape=np.ones((1, 1)),
-            strain=np.zeros((1, 1)),
-            tension=np.array([1.0]),
-            keys=(("belt", "w", 1), ("belt", "w", 2)),
-            across=scale * np.array([30.0, 33.0]),
-            across_loss=np.array([0.3, 0.5]),
-            across_turn=np.array([[1.0], [0.5]]),
-            coupling=np.array([[[240.0, 80.0], [80.0, 160.0]]]),
-            shape=np.kron([[1.0, 0.7], [0.6, -0.8]], np.sin(pi * POINTS)[:, None]),
-            certified=True,
-            top=12.0,
-        )
-
-    time = np.linspace(0.0, 4.0, steps + 1)
-    path = RoutePath(
-        poses=({}, {}),
-        snapshots=(snapshot(0.97), snapshot(1.02)),
-        time=time,
-        here=rate * time / 4.0,
-        torque=np.full((steps + 1, 1), 1e-3),
-        pushed=np.full((steps, 1), 1e-3),
+def swept_model(scale):
+    """One longitudinal mode that swings freely and two coupled transverse ones."""
+    matrix = np.array([[240.0, 80.0], [80.0, 160.0]])
+    return StretchModel(
+        natural=np.array([60.0]),
+        damping=np.zeros((1, 1)),
+        torque_shape=np.zeros((1, 1)),
+        motions=np.zeros((0, 1)),
+        transverse=scale * np.array([[30.0, 33.0]]),
+        mass=np.ones((1, 2)),
+        loss=np.array([[0.3, 0.5]]),
+        sag=np.zeros((1, 2)),
+        coupling=matrix[None, None],
+        square=np.zeros((1, 1, 2, 2)),
+        carried=np.zeros((1, 1)),
+        probes=np.array([[[1.0, 0.6], [0.7, -0.8]]]),
+        tension=np.zeros((0, 1)),
+        raised=np.zeros((0, 1)),
+        direct=np.zeros((1, 1, 2)),
+        bend=np.zeros((1, 1, 2)),
+        softness=np.zeros(1),
+        shoved=np.array([[[1.0], [0.5]]]),
+        friction_shape=np.zeros((0, 1)),
     )
-    path.__dict__["driven"] = np.cos(60.0 * time)[:, None], -60.0 * np.sin(60.0 * time)[:, None]
-    return path
 
 
 def test_a_sweep_through_resonance_grows_as_a_general_integrator_has_it(measured):
     """1:2 and sum type at once, frequencies changing, damping: DOP853 to 1e-10."""
-    path = swept_path(6000, 1.0)
-    displacement, *_ = growth_along(path, 1e-5, 1e3)
+    steps, models = 12000, (swept_model(0.97), swept_model(1.02))
+    h, time = 4.0 / steps, np.linspace(0.0, 4.0, steps + 1)
+    stages = list(motion_stages.stages_along(models, time[:-1] / 4.0, np.full((steps, 1), 1e-3)))
+    state, done = new_stretch_state(numbers_of(models[0], h)), 0
+    state.modes[0] = 1.0
+    top, seen = np.zeros((1, 2)), (np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1), np.zeros((0, 1)))
+    for model, torque in stages:
+        extremes_run(numbers_of(model, h), state, torque, done, 0.0, (top, *seen))
+        done += len(torque)
     matrix, loss, push = np.array([[240.0, 80.0], [80.0, 160.0]]), np.array([0.3, 0.5]), np.array([1.0, 0.5])
 
     def rate(t, y):
@@ -149,7 +154,7 @@ def test_a_sweep_through_resonance_grows_as_a_general_integrator_has_it(measured
         rate,
         (0.0, 4.0),
         np.zeros(4),
-        t_eval=path.time,
+        t_eval=time,
         method="DOP853",
         rtol=1e-10,
         atol=1e-14,
@@ -157,9 +162,9 @@ def test_a_sweep_through_resonance_grows_as_a_general_integrator_has_it(measured
     )
     expected = np.abs(np.array([[1.0, 0.7], [0.6, -0.8]]) @ fine.y[:2])
     growth = expected.max() / expected[:, fine.t < 0.2].max()
-    measured(f"grown {growth:.1f} times; ratio {displacement[0] / expected.max():.5f}")
+    measured(f"grown {growth:.1f} times; ratio {top.max() / expected.max():.5f}")
     assert growth > 10.0
-    assert displacement[0] == pytest.approx(expected.max(), rel=0.01)
+    assert top.max() == pytest.approx(expected.max(), rel=0.01)
 
 
 def test_a_move_of_the_head_passes_a_resonance_that_the_machine_at_rest_has_not():
@@ -194,7 +199,7 @@ def test_the_command_reads_places_and_torques_of_other_motors(tmp_path):
     found = answer("resonance", str(PRINTER), "--motion", str(file))["motion"]
     assert found["verdict"] in ("safe", "dangerous", "unknown")
     assert found["limit"] == 5e-4
-    assert any("not checked" in line for line in found["assumptions"])
+    assert any("places of bodies given" in line for line in found["assumptions"])
     assert read_motion(file, cd.load_drive(str(PRINTER))).places["head.x"][1] == pytest.approx(0.18)
     wrong = tmp_path / "wrong.csv"
     wrong.write_text("time [s],torque [N m],tail.x [m]\n0,0,0\n1,0,0\n")
@@ -217,35 +222,25 @@ UPPER = f"{DRIVE_PULLEY} to {LOAD_PULLEY}"
 
 
 @pytest.mark.parametrize("name", ["tuned", "linear-axis", "slack axis", "elevator", "ropeway"])
-def test_pairs_have_the_thresholds_of_a_loop_of_segments(name, measured):
-    """Of every longitudinal mode, carriages on rails or hanging; modes, shapes and losses share no code."""
+def test_pairs_have_the_thresholds_of_the_averaged_equations(name, measured):
+    """Of the pulley mode, section by section; modes, shapes and losses share no code."""
     settings = ["cable.transverse_damping=2", "pulley.1.viscous_friction=1e-3"]
-    if name == "slack axis":  # its second longitudinal mode meets waves across of 35 half waves
+    if name == "slack axis":
         name, settings = "linear-axis", [*settings, "cable.pretension=20 N"]
     loop = damped_loop() if name == "tuned" else cd.load_drive(name, overrides=settings)
     loop = without_gravity(loop)
-    known = cd.resonance(loop, torque=1.0)
-    growing = [p for p in known.pairs if p.threshold_torque]
-    state = static_state(loop, segments=600)
-    modes = longitudinal_modes(loop, state, 6.0 * pi * known.pulley_frequency)
-    numbers = [range(1, 41)] * len(free_stretches(loop, state))
-    model, parts = sagging_model(loop, state, modes, numbers)
-    off = []
-    for one in growing[:8]:  # lowest first
-        k = int(np.abs(modes.natural - 2.0 * pi * one.longitudinal_hz).argmin())
-        r = next(
-            r for r, own in enumerate(parts) if own.span == one.span and np.allclose(own.ends, one.section)
+    known, off = cd.resonance(loop, torque=1.0), []
+    for one in [p for p in known.pairs if p.tuning and p.threshold_torque][:8]:  # lowest first
+        model = autoparametric_model(loop, number=one.numbers[0], at_rest=True)
+        own = next(
+            torque
+            for torque, mode in zip(mode_thresholds(model), model.modes, strict=True)
+            if mode.span == one.span and np.allclose(mode.section, one.section)
         )
-        a, b = (number - 1 for number in one.numbers)
-        found = np.array([modes.natural[k], *model.transverse[r, [a, b]]]) / (2.0 * pi)
-        np.testing.assert_allclose(found, [one.longitudinal_hz, *one.transverse_hz], rtol=3e-3)
-        w, mass, loss = (own[r, [a, b]] for own in (model.transverse, model.mass, model.loss))
-        needed = near_resonance._threshold(modes.natural[k], w, 0.5 * loss)
-        amplitude = needed * np.sqrt(np.prod(mass)) / abs(model.coupling[k, r, a, b])
-        torque = amplitude * modes.natural[k] * model.damping[k, k] / abs(model.torque_shape[k])
-        off.append(abs(torque / one.threshold_torque - 1.0))
+        off.append(abs(float(own) / one.threshold_torque - 1.0))
     measured(f"{name}: thresholds apart by {100.0 * max(off):.2g} % at most")
     assert max(off) < 0.03
+    growing = [p for p in known.pairs if p.threshold_torque]
     assert len({one.longitudinal_hz for one in growing}) > (name != "tuned")
     if name == "elevator":  # of its second longitudinal mode, far below that of the pulley mode
         lowest = min(one.threshold_torque for one in growing)
@@ -343,13 +338,12 @@ def test_a_sum_pair_grows_above_its_threshold_and_not_below(measured):
     settings = ["cable.transverse_damping=4", "pulley.1.viscous_friction=2e-5", "cable.pretension=3"]
     settings.append("carriage=[{mass=3e-4, position=0.37, guided=false}]")
     drive = cd.load_drive("dissertation-2", overrides=settings)
-    state = static_state(drive, segments=240)
-    modes = longitudinal_modes(drive, state, 0.0)
-    model, _ = sagging_model(drive, state, modes, [range(1, 9), range(1, 9)])
-    r, a, b = 0, 0, 1
-    own = model.transverse[r, [a, b]]
-    mass, loss = model.mass[r, [a, b]], model.loss[r, [a, b]]
-    coupled = float(model.coupling[1, r, a, b])
+    network = network_of(as_machine(drive))
+    found = straight_modes(network.drive, count=4)
+    upper = [m for m in found.transverse if (m.span, m.plane) == (network.drive.spans[0], "w")]
+    waves = waves_of(network, [found.longitudinal[0]], upper[:2])
+    own, mass = np.array([2.0 * pi * mode.frequency for mode in upper[:2]]), np.ones(2)
+    loss, coupled = waves.losses[1], float(waves.couplings[0, 0, 1])
     forcing = float(own.sum()) + 0.5
     kappa = abs(coupled) / (4 * sqrt(mass[0] * mass[1] * own[0] * own[1]))
     least = sqrt(0.25 * loss[0] * loss[1] * (1 + 4 * 0.5**2 / (loss[0] + loss[1]) ** 2))
@@ -417,8 +411,9 @@ def level_loop():
 def test_torque_at_a_mode_of_a_heavy_span_shakes_it_as_far_as_in_the_full_model(mode, measured):
     """Without the static strain of the other longitudinal modes 0.61 mm and 0.064 mm."""
     drive = level_loop()
-    state = static_state(drive)
-    omega = mode * pi / LENGTH * np.sqrt(state.tension.mean() / (DENSITY / (1.0 + drive.cable.prestrain)))
+    state = rest_state(drive)
+    tension = np.mean([piece.mean_tension for piece in state.stretches])
+    omega = mode * pi / LENGTH * np.sqrt(tension / (DENSITY / (1.0 + drive.cable.prestrain)))
     time = np.linspace(0.0, 3.0, 6000)
     motion = PlannedMotion(time=time, torque=state.holding_torque + np.sin(omega * time))
     found = alarm(drive, motion, floor=1e-5, limit=3e-3)
@@ -432,24 +427,30 @@ def test_torque_at_a_mode_of_a_heavy_span_shakes_it_as_far_as_in_the_full_model(
 def test_static_strain_is_that_of_a_ring_of_beads(pushed):
     """A force at one rim, each bead accelerating alike; numpy alone."""
     drive = level_loop()
-    state, cable = static_state(drive, segments=50), drive.cable
+    cable, network = drive.cable, network_of(as_machine(drive, turned=True), motor=FREE)
     mass = np.full(100, cable.mass_per_length * drive.layout.span_length / 50)
     mass[::50] += [one.inertia / one.radius**2 for one in drive.pulley]
     force = np.where(np.arange(mass.size) == (0 if pushed == DRIVE_PULLEY else 50), 1.0, 0.0)
     out = force - mass / mass.sum()  # what must leave each bead as a difference of tensions
     tension = -np.cumsum(out)  # of the piece behind each bead, up to a constant
     strain = (tension - tension.mean()) / (cable.youngs_modulus * cable.area)  # the ring closes
-    found = static_strain(drive, state.mesh, [pushed])[0] * (1.0 + drive.cable.prestrain)
-    np.testing.assert_allclose(found, strain, atol=1e-9 * np.abs(found).max())
+    force = network.motion.dense(-0.1 * network.motion.angle(int(pushed == LOAD_PULLEY)))
+    found = sagging._static(waves_of(network, [], []), sagging.rigid_motions(network), force)[0][0]
+    beads = strain.reshape(2, 50) / (1.0 + drive.cable.prestrain)
+    middles = (np.arange(50) + 0.5) / 50
+    expected = [np.interp(waves_of(network, [], []).inside, middles, own) for own in beads]
+    np.testing.assert_allclose(found, expected, atol=0.02 * np.abs(found).max())
 
 
 def test_a_torque_at_the_pulley_mode_is_a_line_of_the_tensions_at_its_frequency():
     drive = level_loop()
-    state = static_state(drive, segments=50)
-    modes = longitudinal_modes(drive, state, 0.0, 2)
-    omega = float(modes.natural.max())
+    network = network_of(as_machine(drive, turned=True), motor=FREE)
+    along = longitudinal_of(network, 2)
+    model, omega = sagging.sagging_model(waves_of(network, list(along), []), []), 2 * pi * along[0].frequency
     h = 2.0 * pi / omega / 40.0
-    size, found, duration = _tensions(drive, state, modes, np.sin(omega * h * np.arange(4000)), h)
+    torque = np.sin(omega * h * np.arange(4000))[:, None]
+    history = motion_stages.integrate([(model, torque)], h, history=True)[1]
+    size, found, duration = lines_of(history, model, h)
     assert found[size.argmax()] == pytest.approx(omega, abs=2.0 * pi / duration)
 
 

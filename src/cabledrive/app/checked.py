@@ -10,7 +10,7 @@ from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal.lowest import DERIVED, LOWEST
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.parameters.route.two_pulleys import SENSE, as_machine
 from cabledrive.report.blocks import table_text
 from cabledrive.report.machine.data import data_sheet, derived_table, stated_wraps
 from cabledrive.report.machine.tables import ALONG, margins_data, margins_tables
@@ -55,7 +55,8 @@ def with_margins(answer: Answer, drive: Machine, file: str) -> Answer:
     """The same answer with the margins along a planned motion."""
     motion = read_motion(file, drive, torque=False)
     machine = as_machine(drive, loaded=motion.load_torque is not None)
-    found = motion_margins(machine, motion.by_pulley(), wraps=stated_wraps(drive))
+    along = motion.by_pulley(1.0 if machine is drive else SENSE)
+    found = motion_margins(machine, along, wraps=stated_wraps(drive))
     parts = [answer.text, "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)])]
     parts += [table_text(one) for one in margins_tables(found)]
     parts.append("\n".join(f"Assumes: {words}." for words in found.assumptions))

@@ -17,6 +17,7 @@ from cabledrive.reduction.threshold import required_detuning
 from cabledrive.report.blocks import listed, table_text
 from cabledrive.report.machine.tables import ENDS, NEAR, PLANE, pairs_table, several
 from cabledrive.studies.alarm import AlarmResult
+from cabledrive.studies.motion_passages import Passage
 from cabledrive.studies.resonance import Remedy, sensitivity
 from cabledrive.studies.resonance_detuning import (
     NO_EXCITATION,
@@ -25,7 +26,6 @@ from cabledrive.studies.resonance_detuning import (
     ResonanceSummary,
 )
 from cabledrive.studies.resonance_map import SteadyBranch
-from cabledrive.studies.route_path import Passage
 
 MOST_PAIRS, MOST_PASSAGES, LARGEST_MODES, LARGEST_PASSAGES = 12, 50, 3, 5
 NO_PAIR = "No pair lies within 10 % (1:2) or 5 % (sum) of resonance."

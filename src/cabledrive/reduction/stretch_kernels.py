@@ -49,11 +49,11 @@ def pull_sines(c: StretchNumbers, s: StretchState) -> None:
 @njit_part
 def pull_coupled(c: StretchNumbers, s: StretchState) -> None:
     """Accelerations that modes, followers and rows give each other, where G and D are full."""
-    g, k, most = c.model, s.force.size, s.sines.shape[1]
+    g, k, most, strands = c.model, s.force.size, s.sines.shape[1], c.model.bend.shape[1]
     for i in range(k):
         s.force[i] = 0.0
     for b in range(s.sines.shape[0]):
-        product, stretched = s.products[b], 0.0
+        product = s.products[b]
         for m in range(product.size):
             product[m] = 0.0
         for i in range(most):
@@ -61,12 +61,14 @@ def pull_coupled(c: StretchNumbers, s: StretchState) -> None:
             if amplitude != 0.0:  # else one that only fills up the row
                 for m in range(product.size):
                     product[m] += row[m] * amplitude
-        for j in range(most):
-            stretched += (g.bend[b, j] + 0.5 * product[j]) * s.sines[b, j]
-            product[j] += g.bend[b, j]
-        s.stretched[b] = stretched
+        for e in range(strands):
+            stretched, at = 0.0, e * most
+            for j in range(most):
+                stretched += (g.bend[b, e, j] + 0.5 * product[at + j]) * s.sines[b, j]
+                product[at + j] += g.bend[b, e, j]
+            s.stretched[b * strands + e] = stretched
         for i in range(k + s.held.size):
-            total, at = 0.0, (1 + i) * most
+            total, at = 0.0, (strands + i) * most
             for j in range(most):
                 half = 0.5 * product[at + j]
                 product[at + j] += g.direct[i, b, j]
@@ -74,14 +76,19 @@ def pull_coupled(c: StretchNumbers, s: StretchState) -> None:
             if i < k:
                 s.force[i] -= total
     for b in range(s.sines.shape[0]):
-        product, carried = s.products[b], 0.0
-        for d in range(s.sines.shape[0]):
-            carried += g.carried[b, d] * s.stretched[d]
+        product = s.products[b]
         for j in range(most):
-            s.stiffening[j] = carried * product[j]
+            s.stiffening[j] = 0.0
+        for e in range(strands):
+            carried, at = 0.0, e * most
+            for d in range(s.stretched.size):
+                carried += g.carried[b * strands + e, d] * s.stretched[d]
+            for j in range(most):
+                s.stiffening[j] += carried * product[at + j]
         for i in range(k + s.held.size):
             # the kept modes' static share is in `carried` already: their inertia is what differs
-            moved, at = s.modes[i] - s.force[i] * g.softness[i] if i < k else s.held[i - k], (1 + i) * most
+            moved = s.modes[i] - s.force[i] * g.softness[i] if i < k else s.held[i - k]
+            at = (strands + i) * most
             for j in range(most):
                 s.stiffening[j] += moved * product[at + j]
         for j in range(most):

@@ -14,10 +14,7 @@ from cabledrive.reduction.stretch_kernels import (
 from cabledrive.reduction.stretches import StretchNumbers, StretchState
 
 SWEEPS = 12
-"""Passes over the shafts' friction impulses."""
-
-MOTOR_SHAFT = 2
-"""Place of the motor among the shafts, on which the torque acts."""
+"""Passes over the impulses of friction."""
 
 REFRESH = 8
 """Steps between two looks at the floor."""
@@ -79,7 +76,7 @@ def recorded_run(
 
 @njit_part
 def rub(c: StretchNumbers, time: float, s: StretchState) -> None:
-    """Coulomb friction of the shafts over a time [s]: impulses to keep each rim where it is over a step."""
+    """Coulomb friction over a time [s]: impulses to keep what rubs where it is over a step."""
     k, g = s.force.size, c.model
     for x in range(s.rubbed.size):
         s.rubbed[x] = 0.0
@@ -112,30 +109,34 @@ def extremes_run(
     floor: float,
     kept: tuple[Array, Array, Array, Array, Array],
 ) -> None:
-    """Move full rows along a torque above the holding torque at each step; ``first``: steps before.
+    """Move full rows along torques above the holding ones at each step, (n, i); ``first``: steps before.
 
     No amplitude of a mode across falls below ``floor`` [m]. ``kept``: largest displacement at the probes
     (b, points), what the floor adds taken off mode by mode; largest amplitude of each mode and its step
     (b, m); lowest watched tension (1,); amplitudes along and followers after every step (n, k + f), or none.
     """
     g, k, (rows, most), (top, modal, when, least, history) = c.model, s.force.size, s.sines.shape, kept
+    motors = torque.shape[1]
     nothing, above, places = np.empty(0), np.zeros(most), np.zeros(top.shape[1])
-    for n in range(torque.size):
+    for n in range(torque.shape[0]):
         for i in range(s.held.size):
-            shaft = g.followers[i]
-            s.held[i] = s.rubbed[shaft] + (g.rim_force * torque[n] if shaft == MOTOR_SHAFT else 0.0)
+            s.held[i] = torque[n, i] if i < motors else s.rubbed[i - motors]
         pull_coupled(c, s)
         for x in range(g.rest.size):
             tension = g.rest[x]
-            for b in range(rows):
+            for b in range(s.stretched.size):
                 tension += g.raised[x, b] * s.stretched[b]
             for i in range(k):
                 tension += g.tension[x, i] * s.modes[i]
             for i in range(s.held.size):
                 tension += g.tension[x, k + i] * s.held[i]
             least[0] = min(least[0], tension)
-        for i in range(k):
-            s.force[i] += g.torque_shape[i] * torque[n]
+        for m in range(motors):
+            for i in range(k):
+                s.force[i] += g.torque_shape[i, m] * torque[n, m]
+            for b in range(rows):
+                for j in range(most):
+                    s.pull[b, j] += g.shoved[b, j, m] * torque[n, m] * c.per_mass[b, j]
         time = c.step if first + n > 0 else 0.5 * c.step
         kick_modes(time, s)
         rub(c, time, s)

@@ -4,12 +4,13 @@ With q the amplitudes of longitudinal modes (unit modal mass) and a those of tra
 rows b, one for each stretch of cable and plane, the energy of chapter 2 is that of linear modes and
 
 .. math::
-    V = \sum_k \big(q_k Q_k + \tfrac12 s_k Q_k^2\big) + \tfrac12\sum_{bc} N_{bc} P_b P_c, \qquad
-    Q_k = L_k^T a + \tfrac12 a^T G_k a, \quad P_b = l_b^T a + \tfrac12 a^T D_b a.
+    V = \sum_k \big(q_k Q_k + \tfrac12 s_k Q_k^2\big) + \tfrac12\sum_{cd} N_{cd} P_c P_d, \qquad
+    Q_k = L_k^T a + \tfrac12 a^T G_k a, \quad P_c = l_c^T a + \tfrac12 a^T D_c a.
 
-:math:`Q_k` is the force of the transverse motion on mode k, :math:`P_b` twice the length that row b takes up;
-:math:`s_k` and N let the modes that are not kept, or follow, give way without inertia. G and D couple modes
-of one row alone; where they are diagonal, each sine then being by itself, so are the arrays.
+:math:`Q_k` is the force of the transverse motion on mode k, :math:`P_c` twice the length that row b takes up
+of strand c, of which it has n; :math:`s_k` and N let the modes that are not kept, or follow, give way without
+inertia. G and D couple modes of one row alone; where they are diagonal, each sine then being by itself, so
+are the arrays, and n is one.
 
 One step h is half a kick by the forces of V and of the torque, the exact flow of the damped linear modes,
 half a kick (Strang), Eq. (R.4):
@@ -39,36 +40,38 @@ Key = TypeVar("Key")
 class StretchModel(NamedTuple):
     """Modes along (k), followers (f), rows (b) of up to m modes across, motions shown (o), tensions (x).
 
-    Followers are forces at shafts, and strain as further modes would: what holds behind the kept modes.
+    Followers are forces of motors, then of friction, and strain as further modes would: what holds behind the
+    kept modes.
     """
 
     natural: Array  # (k,): longitudinal frequencies W [rad/s]; 0: rigid motion
     damping: Array  # (k, k): modal damping C [1/s]
-    torque_shape: Array  # (k,): modal force per torque [kg^-1/2 / m]
+    torque_shape: Array  # (k,) or, of each motor, (k, i): modal force per torque [kg^-1/2 / m]
     motions: Array  # (o, k): motions shown per modal amplitude
     transverse: Array  # (b, m): transverse frequencies [rad/s]
     mass: Array  # (b, m): their modal masses [kg]
     loss: Array  # (b, m): their damping [1/s]
     sag: Array  # (b, m): amplitudes about which they vibrate [m]
     coupling: Array  # (k + f, b, m) or (k + f, b, m, m): G [N/m^2 kg^-1/2]
-    square: Array  # (b, m) or (b, m, m): D [1/m]
-    carried: Array  # (b, b): N [N/m]
+    square: Array  # (b, m) or (b, n, m, m): D [1/m]
+    carried: Array  # (b n, b n): N [N/m]
     probes: Array  # (b, m, points): displacement at watched points per amplitude
     rest: Array = np.zeros(0)  # (x,): tensions at rest [N]
     tension: Array = np.zeros((0, 0))  # (x, k + f): tensions per modal amplitude [N/m kg^-1/2]
-    raised: Array = np.zeros((0, 0))  # (x, b): tensions per P [N/m]
+    raised: Array = np.zeros((0, 0))  # (x, b n): tensions per P [N/m]
     slopes: Array = np.zeros(0)  # (m,): slope per amplitude, for the limit of steepness [1/m]
     steepest: float = 0.0  # largest slope for which the model holds [-]
     highest: float = np.inf  # up to which frequency the model goes [rad/s]
     # where G and D are full; else L, l and s are zero
     direct: Array = np.zeros((0, 0, 0))  # (k + f, b, m): L [N/m kg^-1/2]
-    bend: Array = np.zeros((0, 0))  # (b, m): l [-]
+    bend: Array = np.zeros((0, 0, 0))  # (b, n, m): l [-]
     softness: Array = np.zeros(0)  # (k,): s [s^2]
-    # of shafts with Coulomb friction
-    friction: Array = np.zeros(0)  # (s,): at the rims [N]
-    friction_shape: Array = np.zeros((0, 0))  # (s, k): displacement of the rims [kg^-1/2]
-    followers: Integers = np.zeros(0, dtype=np.int64)  # (f,): shafts whose forces the followers are
-    rim_force: float = 0.0  # of the motor per torque [1/m]
+    shoved: Array = np.zeros(
+        (0, 0, 0)
+    )  # (b, m, i): force on a mode across per torque of each motor [N/(N m)]
+    # of what rubs by Coulomb's law
+    friction: Array = np.zeros(0)  # (s,): force or torque [N], [N m]
+    friction_shape: Array = np.zeros((0, 0))  # (s, k): motion against it [kg^-1/2]
 
 
 class StretchNumbers(NamedTuple):
@@ -82,10 +85,10 @@ class StretchNumbers(NamedTuple):
     across: Array  # (4, b, m): exact flow across: x from x, x from v, v from x, v from v
     per_mass: Array  # (b, m): 1 / mass [1/kg]
     table: (
-        Array  # (b, m, (1 + k + f) m): where they are full, D and then G of each mode, in one row of a loop
+        Array  # (b, m, (n + k + f) m): where they are full, D and then G of each mode, in one row of a loop
     )
-    glide: Array  # (s, 2k): mean speed of the shafts' rims over a step, per amplitude and rate
-    give: Array  # (s,): the same per impulse at the rim [1/kg]
+    glide: Array  # (s, 2k): mean speed of what rubs over a step, per amplitude and rate
+    give: Array  # (s,): the same per impulse [1/kg]
 
 
 class StretchState(NamedTuple):
@@ -99,9 +102,9 @@ class StretchState(NamedTuple):
     fresh: Array
     force: Array  # (k,): modal
     stiffening: Array
-    stretched: Array  # (b,): P [m]
-    held: Array  # (f,): forces at the followers' shafts [N]
-    rubbed: Array  # (s,): friction of the last step [N]
+    stretched: Array  # (b n,): P [m]
+    held: Array  # (f,): forces of the followers [N], [N m]
+    rubbed: Array  # (s,): friction of the last step [N], [N m]
     products: Array
 
 
@@ -133,8 +136,8 @@ def numbers_of(
     glide = shafts @ (along[:k] - np.eye(k, 2 * k)) / step
     table = np.zeros((rows, most, 0))
     if model.coupling.ndim == 4:
-        table = np.concatenate([model.square[None], model.coupling]).transpose(1, 3, 0, 2)
-        table = table.reshape(rows, most, -1)
+        table = np.concatenate([model.square.swapaxes(0, 1), model.coupling]).transpose(1, 3, 0, 2)
+        table = table.reshape(rows, most, table.shape[2] * most)
     return StretchNumbers(
         model=model,
         steps=steps,
@@ -161,8 +164,8 @@ def new_stretch_state(numbers: StretchNumbers) -> StretchState:
         fresh=np.zeros(size),
         force=np.zeros(size // 2),
         stiffening=np.zeros(shape[1]),
-        stretched=np.zeros(shape[0]),
-        held=np.zeros(model.followers.size),
+        stretched=np.zeros(len(model.carried)),
+        held=np.zeros(max(len(model.direct) - size // 2, 0)),
         rubbed=np.zeros(model.friction.size),
         products=np.zeros((shape[0], numbers.table.shape[2])),
     )

@@ -13,6 +13,7 @@ from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.reduction.waves import waves_of
 from cabledrive.studies import pair_thresholds as near
 from cabledrive.studies.resonance_detuning import ResonanceSummary, acting_torque, verdict_of
 
@@ -69,7 +70,7 @@ def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     found = straight_modes(machine, below=max(highest, most) * 1.0001)
     along = [mode for mode in found.longitudinal if not mode.clamped and mode.frequency <= highest]
     reach = max((1.0 + near.NEAR) * max(mode.frequency for mode in along), most * 1.0001)
-    waves = near.waves_of(network, along, [mode for mode in found.transverse if mode.frequency <= reach])
+    waves = waves_of(network, along, [mode for mode in found.transverse if mode.frequency <= reach])
     pairs = near.pairs_of(waves, drive.spans, pulley.frequency, tunings)
     return MachinePairs(pairs, pulley, nearest, found)
 

@@ -1,126 +1,54 @@
-"""Response of cable and pulleys to a planned motion: every mode that it can excite."""
+"""Response of ropes, pulleys and bodies to a planned motion: every mode that it can excite."""
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, pi
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.mechanics.holding import FREE
+from cabledrive.mechanics.network import network_of, statics_of
+from cabledrive.mechanics.network.assembly import Network
+from cabledrive.mechanics.rest import rest_state
+from cabledrive.modal import Mode
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route import Machine, posed
+from cabledrive.parameters.route.two_pulleys import SENSE, as_machine
 from cabledrive.reduction import sagging_model as sagging
-from cabledrive.reduction.sagging_model import Extremes, LongitudinalModes
-from cabledrive.reduction.static_state import (
-    FreeStretch,
-    StaticState,
-    TransverseShapes,
-    free_stretches,
-    static_state,
-    transverse_shapes,
-)
 from cabledrive.reduction.stretches import StretchModel
-from cabledrive.studies.planned_motion import PlannedMotion, drive_along
-
-ALWAYS = (1, 2, 3, 4)
-"""Modes of every stretch that are kept whatever the motion: they carry its slow deflection."""
-
-LEAST_GROWTH = 0.7
-"""Logarithm of the growth over the motion below which parametric excitation does not count."""
-
-LEAST_SHARE = 0.3
-"""Share of the floor below which direct excitation does not count."""
-
-STRONG = 0.12
-"""Relative oscillation of a tension from which the second instability region, at a mode's own frequency,
-counts."""
-
-UNSURE = 0.006
-"""Relative error of a mode's frequency that the selection allows for: by sag, and by uneven tension."""
-
-WIDE = 0.1
-"""Share of a frequency around it whose lines act together."""
-
-HANN = 1.5
-"""Sum of the squares of the lines into which the window spreads one."""
+from cabledrive.reduction.waves import Waves, waves_of
+from cabledrive.studies.excited_modes import (
+    ALWAYS,
+    LEAST_GROWTH,
+    LEAST_SHARE,
+    STRONG,
+    Row,
+    amplitudes,
+    excited_modes,
+    lines_of,
+)
+from cabledrive.studies.motion_snapshot import Snapshot, longitudinal_of, snapshot_of, tracked
+from cabledrive.studies.motion_stages import Extremes, integrate, interpolated, stages_along
+from cabledrive.studies.pair_thresholds import refuse_running
+from cabledrive.studies.planned_motion import PlannedMotion, drive_at
+from cabledrive.studies.route_path import driven_way, places_along, poses_along, torques_of
 
 HIGHEST = 80
+"""Transverse modes of a row that are looked at, and of a section on average."""
+SHORTEST = 1.0 / 40.0
+"""Travel time of a section over the longest below which its own modes are not looked for."""
 
+MOST_MODES = 20
+"""Transverse modes of a row that are kept."""
 
-def amplitudes(values: Array) -> Array:
-    """Amplitudes of the sines in signals, shape (n, signals), without their means, (n // 2 + 1, signals)."""
-    window = np.hanning(values.shape[0])[:, None]
-    spectrum = np.fft.rfft(window * (values - values.mean(axis=0)), axis=0)
-    return np.asarray(2.0 * np.abs(spectrum) / window.sum())
-
-
-def excited_modes(
-    drive: Drive, state: StaticState, part: FreeStretch, lines: tuple[Array, Array, float], floor: float
-) -> list[int]:
-    r"""Numbers of the transverse modes of a free stretch, the most endangered first behind the lowest.
-
-    ``lines``: spectrum of the tension's oscillation over its value at rest, the largest along the cable:
-    relative amplitude of each line [-] and its frequency [rad/s], shape (n,), and the motion's duration [s];
-    ``floor``: amplitude below which nothing counts [m]. A tension that oscillates by :math:`\eta T` at
-    :math:`\Omega` makes a mode at :math:`w = \Omega/2`, or two whose frequencies add to it, grow by up to
-    :math:`\tfrac18\Omega\eta` per time, within as much in frequency; through a sag of slope :math:`\sigma` it
-    shakes a mode at :math:`w = \Omega` to no more than :math:`\eta\sigma/\kappa` times :math:`\min(w/\Gamma,
-    \tfrac12 wT)`.
-    """
-    size, omega, duration = lines
-    # Amplitude of all lines near each one together: what a chirp or a band of noise has at one time.
-    total = np.concatenate(([0.0], np.cumsum(size**2)))
-    place = np.arange(size.size)
-    reach = np.maximum((WIDE * place).astype(int), 2)
-    high, low = np.minimum(place + reach + 1, place.size), np.maximum(place - reach, 0)
-    around = np.sqrt((total[high] - total[low]) / HANN)
-    w = (
-        part.omega
-        if isinstance(part, TransverseShapes)
-        else np.arange(1, HIGHEST + 1) * pi / part.travel_time
-    )
-    blurred = 4 * pi / duration
-    growth = 0.125 * omega * size * duration
-    width = 0.25 * omega * around + blurred
-    growth = np.where(around > STRONG, np.maximum(growth, 0.125 * omega * around * duration), growth)
-    score = np.zeros(w.size)
-    for first in range(3):  # with itself, with the next, with the one after that
-        sums = w[: w.size - first] + w[first:]
-        for a, both in enumerate(sums):
-            near = np.abs(omega - both) < 2.0 * width + UNSURE * both
-            best = float(np.max(growth, where=near, initial=0.0)) * (1.0 if first == 0 else 0.3)
-            for one in (a, a + first):
-                score[one] = max(score[one], best if best > LEAST_GROWTH else 0.0)
-    loss = max(drive.cable.transverse_damping, 1e-300)
-    speed = np.sqrt(float(np.max(state.tension[part.segments])) / state.mesh.density)
-    steep = float(np.max(np.abs(state.slope[part.segments])))
-    for a, own in enumerate(w):
-        near = np.abs(omega - own) < 2.0 * blurred + 2.0 * UNSURE * own
-        line = float(np.max(size, where=near, initial=0.0))
-        wide = np.abs(omega - own) < 2.0 * blurred + WIDE * own
-        strong = float(np.max(around, where=wide, initial=0.0))
-        shaken = line * steep * speed / own * min(own / loss, 0.5 * own * duration)
-        if shaken > LEAST_SHARE * floor:
-            score[a] = max(score[a], 1.0 + np.log1p(shaken / floor))
-        if strong > STRONG:
-            score[a] = max(score[a], 0.125 * own * strong**2 * duration)
-    found = [int(a) + 1 for a in np.argsort(-score) if score[a] > 0.0 and int(a) + 1 not in ALWAYS]
-    return [*ALWAYS, *found]
-
-
+FEWEST_ALONG, MOST_ALONG = 4, 10
 MOST_FAMILY = 500.0
 """Content of a torque, over the lowest longitudinal frequency, up to which modes are searched for."""
-KNOTS = 17
-PARTS = 8
-"""Places of a changing motion at which modes are computed, and steps between two of them."""
 
 STEPS_PER_PERIOD = 16
 FEWEST_STEPS, MOST_STEPS = 4, 20_000_000
-
-MOST_MODES = 20
-"""Transverse modes of a stretch that are kept."""
-
-COARSE, SEGMENTS_PER_MODE, MOST_SEGMENTS = 60, 10, 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,13 +56,19 @@ class PreparedMotion:
     """A motion, and the coefficients of the model along it."""
 
     h: float  # step [s]
-    # time, torque: (steps,): [s], and the torque above the holding torque [N m]
+    # time, torque: (steps,), (steps, motors): [s], and the torque above the holding torque [N m]
     time: Array
     torque: Array
-    states: tuple[StaticState, ...]
-    models: tuple[StretchModel, ...]  # one of each, or one at each of `KNOTS` instants
-    stretches: tuple[TransverseShapes, ...]  # free ones at the first, with their kept modes
+    here: Array  # (steps,): number of the pose, with the share on the way to the next
+    models: tuple[StretchModel, ...]  # one in each pose
+    # of the modes in each row: span, unstretched ends [m], plane, number among those
+    places: tuple[tuple[tuple[int, tuple[float, float], str, int], ...], ...]
+    driven: bool  # whether places of bodies follow from the torque
+    steepest: float  # largest slope of the sag [-]
+    ambiguous: tuple[str, ...]  # modes that change too much between two poses to be followed
     complete: bool  # whether all transverse modes that the motion can excite are kept
+    # instants [s] and longitudinal amplitudes about where the torque holds them, without transverse modes
+    swing: tuple[Array, Array]
 
     def response(
         self,
@@ -146,94 +80,240 @@ class PreparedMotion:
         parametric: bool = True,
     ) -> Extremes:
         """Largest displacements along the motion; ``floor`` [m] of every mode begins at ``phase`` [rad]."""
-        stages = [(model, torque * part) for model, part in self._stages(detuned, parametric)]
-        return sagging.integrate(stages, self.h, floor=floor, phase=phase)[0]
-
-    def _stages(self, detuned: float, parametric: bool) -> Iterator[tuple[StretchModel, Array]]:
-        """One stage where nothing changes; else `PARTS` between neighbouring knots, coefficients between."""
         models = [model._replace(transverse=(1.0 + detuned) * model.transverse) for model in self.models]
         if not parametric:
             models = [m._replace(coupling=0.0 * m.coupling, square=0.0 * m.square) for m in models]
-        if len(models) == 1:
-            yield models[0], self.torque
-            return
-        edges = np.linspace(0, self.torque.size, (len(models) - 1) * PARTS + 1).round().astype(int)
-        for piece, (start, end) in enumerate(itertools.pairwise(edges)):
-            knot, share = piece // PARTS, (piece % PARTS + 0.5) / PARTS
-            one, other = models[knot]._asdict(), models[knot + 1]._asdict()
-            changing = one.keys() - {"followers"}
-            mixed = {name: (1.0 - share) * one[name] + share * other[name] for name in changing}
-            yield models[knot]._replace(**mixed), self.torque[start:end]
+        stages = list(stages_along(models, self.here, torque * self.torque))
+        return integrate(stages, self.h, floor=floor, phase=phase)[0]
 
 
-def prepare(drive: Drive, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:
+class _Course:
+    """A machine along a motion: its poses and what it is in each."""
+
+    def __init__(self, drive: Machine, motion: PlannedMotion) -> None:
+        self.drive, self.motion, self.machine = drive, motion, as_machine(drive, turned=True)
+        refuse_running(self.machine, "--motion")
+        self.sense = 1.0 if self.machine is drive else SENSE
+        places = dict(motion.places)
+        if self.machine.body and not places:
+            network = network_of(self.machine, motor=FREE)
+            driven = driven_way(self.machine, network, motion)
+            places = {} if driven is None else places_along(self.machine, network, driven[0])
+        columns = {name: getattr(motion, name) for name in ("pretension", "carriage", "load_torque")}
+        places |= {name: values for name, values in columns.items() if values is not None}
+        self.poses, here = poses_along(self.machine, places, motion.time)
+        self.here, self.driven = here, len(self.poses) > 1 and not motion.places and not motion.changes
+
+    def network(self, pose: Mapping[str, float]) -> tuple[Network, float]:
+        """The machine in a pose, and the torque that holds it there as far as the motion's has it [N m]."""
+        drive = drive_at(self.drive, pose)
+        load, moved = pose.get("load_torque", 0.0), {k: v for k, v in pose.items() if "." in k}
+        machine = as_machine(drive, turned=True)
+        torques = {1: SENSE * load} if load else {}
+        try:
+            machine = posed(machine, moved) if moved else machine
+            network = network_of(machine, motor=FREE, statics=statics_of(machine, torques=torques))
+        except InputRefused as refusal:
+            if not moved:
+                raise
+            where = ", ".join(f"{key} = {value:.4g}" for key, value in moved.items())
+            raise InputRefused(f"motion: at {where}: {refusal}; give places as columns") from None
+        if self.machine is self.drive:  # whose torque is that beyond what holds it
+            return network, 0.0
+        at_torque = -load * drive.drive_pulley.radius / drive.load_pulley.radius
+        offset = drive.motor.offset_torque if drive.motor is not None else 0.0
+        return network, rest_state(drive, at_torque=at_torque).holding_torque - offset
+
+
+def prepare(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:
     """State of rest and modes that a motion can excite above a ``floor`` [m], along the motion."""
-    knots = np.linspace(0.0, motion.time[-1], KNOTS) if motion.changes else np.zeros(1)
-    drives = [drive_along(drive, motion, t) for t in knots]
-    # what hangs on a stretch takes its frequencies from those of a string
-    hang = any(not carriage.guided for carriage in drive.carriage)
-    first = _state(drives[0], motion, 0.0, MOST_SEGMENTS if hang else COARSE)
-    parts: Sequence[FreeStretch] = free_stretches(drives[0], first)
-    if hang:
-        parts = transverse_shapes(drives[0], first, [range(1, HIGHEST + 1)] * len(parts))
+    course = _Course(drive, motion)
+    networks, holding = zip(*(course.network(pose) for pose in course.poses), strict=True)
+    stated = course.sense * np.column_stack(torques_of(course.machine, motion))
+
+    def torque_at(time: Array) -> Array:
+        """Torque above the holding torque at some instants, shape (n, motors) [N m]."""
+        here = np.interp(time, motion.time, course.here)
+        held = course.sense * np.interp(here, np.arange(len(holding)), holding)
+        found = np.column_stack([np.interp(time, motion.time, own) for own in stated.T])
+        return found - held[:, None] * (np.arange(found.shape[1]) == 0)
+
     even = np.linspace(0.0, motion.time[-1], max(motion.time.size, 256))
-    size = amplitudes(np.interp(even, motion.time, motion.torque)[:, None])[:, 0]
+    size = np.linalg.norm(amplitudes(torque_at(even)), axis=1)
     total = np.cumsum(size**2)
     place = 1  # of the frequency below which 99.9 % of the torque's power lies [rad/s]
     if total[-1] > 0.0:
         place = min(int(np.searchsorted(total, 0.999 * total[-1])) + 2, total.size - 1)
     content = 2 * pi * place / float(motion.time[-1])
-    lowest = float(sagging.longitudinal_modes(drives[0], first, 0.0, 2).natural.max())
+    along = longitudinal_of(networks[0], MOST_ALONG)
+    if not along:
+        raise InputRefused("motion: no longitudinal mode moves a pulley or a body: it changes no tension")
+    lowest = 2.0 * pi * along[0].frequency
     fast = content > MOST_FAMILY * lowest
     if fast:  # before so many modes are searched for
         _grid(motion, lowest)
         _grid(motion, content)
         content = MOST_FAMILY * lowest
-    modes = sagging.longitudinal_modes(drives[0], first, 1.5 * content)
-    h, time = _grid(motion, max(float(modes.natural[-1]), content))
-    torque = _above_holding(drives[0], motion, time, [first.holding_torque])
-    lines = _tensions(drives[0], first, modes, torque, h)
-    chosen = [excited_modes(drives[0], first, part, lines, floor) for part in parts]
-    numbers = [own[:MOST_MODES] for own in chosen]
-    complete = not fast and all(len(own) <= MOST_MODES for own in chosen)
-    numbers = [sorted(own) for own in numbers]
-    # Modes that a whole span would have at the wave length of the shortest one.
-    needed = max(
-        own[-1] * drives[0].span_length / (part.ends[1] - part.ends[0])
-        for part, own in zip(parts, numbers, strict=True)
-    )
-    segments = int(np.clip(SEGMENTS_PER_MODE * needed, COARSE, MOST_SEGMENTS))
-    states = [_state(d, motion, t, segments) for d, t in zip(drives, knots, strict=True)]
-    kept, made = modes.natural.size, []
-    previous: LongitudinalModes | None = None
-    for d, state in zip(drives, states, strict=True):
-        found = sagging.longitudinal_modes(d, state, 0.0, kept)
-        natural, rims, strain = found.natural[:kept], found.rims[:kept], found.strain[:kept]
-        if previous is not None:  # with the signs that they had
-            size = min(strain.shape[1], previous.strain.shape[1])
-            same = np.sum(strain[:, :size] * previous.strain[:, :size], axis=1)
-            sign = np.where((same < 0.0) & (natural > 0.0), -1.0, 1.0)[:, None]
-            rims, strain = sign * rims, sign * strain
-        own = LongitudinalModes(natural=natural, rims=rims, strain=strain)
-        made.append(sagging.sagging_model(d, state, own, numbers))
-        previous = own
-    models = tuple(model for model, _ in made)
-    fastest = max(float(np.max(modes.natural)), *(float(m.transverse.max()) for m in models), content)
-    h, time = _grid(motion, fastest)
+    kept = max(FEWEST_ALONG, sum(2 * pi * mode.frequency < 1.5 * content for mode in along))
+    along = along[:kept]
+    h, time = _grid(motion, max(2 * pi * along[-1].frequency, content))
+    here, torque = np.interp(time, motion.time, course.here), torque_at(time)
+    first = waves_of(networks[0], list(along), [])
+    still = [sagging.sagging_model(first, [])]
+    history = integrate([(still[0], torque)], h, history=True)[1]
+    lines = lines_of(history, still[0], h)
+    top = _reach(lines, first, networks, floor)
+    snapshots, ambiguous = _snapshots(course, networks, along, top)
+    waves = [one.waves() for one in snapshots]
+    rows, complete = _chosen(snapshots, waves, lines, floor)
+    if len(snapshots) > 1:
+        still = [sagging.sagging_model(own, []) for own in waves]
+        history = integrate(list(stages_along(still, here, torque)), h, history=True)[1]
+    kept_keys = [snapshots[0].keys[i] for own, _ in rows for i in own]
+    named = ("longitudinal", *(f"mode {n} of {span} ({plane}) between" for span, plane, _, n in kept_keys))
+    models = _models(snapshots, rows, top)
+    fastest = max(*(float(np.max(m.natural)) for m in models), *(float(m.transverse.max()) for m in models))
+    swing = time, _swing(history, still, here, torque, h)
+    h, time = _grid(motion, max(fastest, content))
     return PreparedMotion(
         h=h,
         time=time,
-        torque=_above_holding(drives[0], motion, time, [state.holding_torque for state in states]),
-        states=tuple(states),
+        torque=torque_at(time),
+        here=np.interp(time, motion.time, course.here),
         models=models,
-        stretches=made[0][1],
-        complete=complete,
+        places=tuple(tuple(_place(snapshots[0], i) for i in own) for own, _ in rows),
+        driven=course.driven,
+        steepest=max(float(np.abs(sagging.sag_slopes(own)[0]).max()) for own in waves),
+        ambiguous=tuple(words for words in ambiguous if words.startswith(named)),
+        complete=complete and not fast,
+        swing=swing,
     )
 
 
-def _state(drive: Drive, motion: PlannedMotion, t: float, segments: int) -> StaticState:
-    load = 0.0 if motion.load_torque is None else float(np.interp(t, motion.time, motion.load_torque))
-    return static_state(drive, load_torque=load, segments=segments)
+def _reach(
+    lines: tuple[Array, Array, float], waves: Waves, networks: Sequence[Network], floor: float
+) -> float:
+    """Frequency up to which transverse modes are looked for [rad/s]: what a line can excite, the first."""
+    times = np.array([_crossing_times(one) for one in networks]).max(axis=0)
+    times = times[times >= SHORTEST * times.max()]
+    most = (HIGHEST + 0.5) * times.size * pi / times.sum()
+    (size, omega, duration), network = lines, waves.network
+    speed = float((waves.length / network.time[1::3]).max())
+    loss = min(piece.rope.transverse_damping for piece in network.pieces)
+    shaken = size * float(np.abs(sagging.sag_slopes(waves)[0]).max()) * speed
+    shaken = shaken * np.minimum(1.0 / max(loss, 1e-300), 0.5 * duration)
+    direct = omega[(shaken > LEAST_SHARE * floor) | (size > 0.5 * STRONG)].max(initial=0.0)
+    pumped = omega[0.125 * omega * size * duration > 0.5 * LEAST_GROWTH].max(initial=0.0)
+    return max(min(max(1.1 * direct, 0.6 * pumped), most), (ALWAYS + 0.5) * pi / times.min())
+
+
+def _crossing_times(network: Network) -> list[float]:
+    """Time that a transverse wave takes along each section between held places [s]."""
+    times, found, number = network.time[1::3], list[float](), 0
+    for own in network.sections:
+        found.append(float(times[number : number + len(own)].sum()))
+        number += len(own)
+    return found
+
+
+def _snapshots(
+    course: _Course, networks: Sequence[Network], along: tuple[Mode, ...], top: float
+) -> tuple[list[Snapshot], list[str]]:
+    """Snapshots with the same modes, followed by their shapes, and modes that could not be followed."""
+    first = snapshot_of(networks[0], along, top, shapes=len(networks) > 1)
+    if len(networks) == 1:
+        return [first], []
+    found = [first, *(snapshot_of(one, longitudinal_of(one, len(along)), top) for one in networks[1:])]
+    count, beside = min(len(one.along) for one in found), {key: one for one in found for key in one.keys}
+
+    def halfway(place: float) -> Snapshot:
+        """The snapshot at a place along the poses."""
+        number = min(int(place), len(found) - 2)
+        share, near, far = place - number, course.poses[number], course.poses[number + 1]
+        network, _ = course.network({key: (1.0 - share) * near[key] + share * far[key] for key in near})
+        own = snapshot_of(network, longitudinal_of(network, count), top)
+        return own.with_keys(beside, min(count, len(own.along)))
+
+    return tracked([one.with_keys(beside, count) for one in found], halfway)
+
+
+def _chosen(
+    snapshots: Sequence[Snapshot], waves: Sequence[Waves], lines: tuple[Array, Array, float], floor: float
+) -> tuple[list[tuple[list[int], NDArray[np.intp]]], bool]:
+    """Rows of modes that a motion can excite, with the pieces that they move; whether these are all."""
+    first = snapshots[0]
+    pieces = first.network.pieces
+    moving = np.array([np.isin(np.arange(len(pieces)), own) for own in first.pieces])
+    omega = (
+        2.0
+        * pi
+        * np.array([[np.nan if mode is None else mode.frequency for mode in one.across] for one in snapshots])
+    )
+    loss = np.array([piece.rope.transverse_damping for piece in pieces])
+    planes = np.array([key[1] for key in first.keys])
+    found, complete = [], True
+    for members in sagging.rows_of(planes, moving) if len(first.keys) else []:
+        own_pieces = np.flatnonzero(moving[members].any(axis=0))
+        chosen = dict[int, None]()
+        for number in sorted({0, len(snapshots) // 2, len(snapshots) - 1}):
+            here = members[np.isfinite(omega[number, members])]
+            here = here[np.argsort(omega[number, here])][:HIGHEST]
+            speeds = waves[number].length / waves[number].network.time[1::3]
+            steep = np.abs(sagging.sag_slopes(waves[number])[0][own_pieces]).max()
+            row = Row(
+                omega=omega[number, here],
+                loss=float(loss[own_pieces].min()),
+                speed=float(speeds[own_pieces].max()),
+                steep=float(steep) if planes[members[0]] == "w" else 0.0,
+            )
+            chosen |= dict.fromkeys(int(here[i]) for i in excited_modes(row, lines, floor))
+        complete &= len(chosen) <= MOST_MODES
+        found.append((sorted(list(chosen)[:MOST_MODES]), own_pieces))
+    return found, complete
+
+
+def _place(one: Snapshot, number: int) -> tuple[int, tuple[float, float], str, int]:
+    """Of a mode across: span, unstretched ends of what can move of it [m], plane, number."""
+    (name, plane, _, count), pieces = one.keys[number], one.network.pieces
+    span = one.network.drive.spans.index(name)
+    own = [pieces[i].rest for i in one.pieces[number] if pieces[i].span == span]
+    return span, (own[0].start, own[-1].end), plane, count
+
+
+def _models(
+    snapshots: Sequence[Snapshot], rows: Sequence[tuple[list[int], NDArray[np.intp]]], top: float
+) -> tuple[StretchModel, ...]:
+    """The model in each pose; a mode that is not there stands at ``top`` [rad/s] and nothing couples it."""
+    every = [i for own, _ in rows for i in own]
+    waves = [one.waves(every) for one in snapshots]
+    labels = np.array([sagging.strands_of(own) for own in waves])
+    strands = np.unique(labels, axis=1, return_inverse=True)[1].ravel()
+    models = []
+    for one, own in zip(snapshots, waves, strict=True):
+        place = {i: n for n, i in enumerate(i for i in every if one.across[i] is not None)}
+        placed = [([place.get(i, -1) for i in members], pieces) for members, pieces in rows]
+        models.append(sagging.sagging_model(own, placed, strands))
+    for row, (members, _) in enumerate(rows):
+        for slot, i in enumerate(members):
+            here = [n for n, one in enumerate(snapshots) if one.across[i] is not None]
+            for number, model in enumerate(models):
+                if number not in here:
+                    other = models[min(here, key=lambda n: abs(n - number))]
+                    model.transverse[row, slot] = top
+                    for name in ("mass", "loss", "probes"):
+                        getattr(model, name)[row, slot] = getattr(other, name)[row, slot]
+    return tuple(models)
+
+
+def _swing(history: Array, still: Sequence[StretchModel], here: Array, torque: Array, h: float) -> Array:
+    """Amplitude of each longitudinal mode about where the torque holds it, (steps, k); zero if rigid."""
+    natural, shape = (
+        interpolated([getattr(one, of) for one in still], here) for of in ("natural", "torque_shape")
+    )
+    place, elastic = history[:, : natural.shape[1]], natural > 0.0
+    safe = np.where(elastic, natural, 1.0)
+    rest = np.einsum("tkm,tm->tk", shape, torque) / safe**2
+    return np.where(elastic, np.hypot(place - rest, np.gradient(place, h, axis=0) / safe), 0.0)
 
 
 def _grid(motion: PlannedMotion, fastest: float) -> tuple[float, Array]:
@@ -246,24 +326,3 @@ def _grid(motion: PlannedMotion, fastest: float) -> tuple[float, Array]:
         )
     h = float(motion.time[-1]) / int(wanted)
     return h, h * np.arange(int(wanted), dtype=np.float64)
-
-
-def _above_holding(drive: Drive, motion: PlannedMotion, time: Array, holding: list[float]) -> Array:
-    offset = drive.motor.offset_torque if drive.motor is not None else 0.0
-    knots = np.linspace(0.0, motion.time[-1], max(len(holding), 2))
-    held = np.interp(time, knots, np.broadcast_to(holding, knots.size))
-    return np.interp(time, motion.time, motion.torque) + offset - held
-
-
-def _tensions(
-    drive: Drive, state: StaticState, modes: LongitudinalModes, torque: Array, h: float
-) -> tuple[Array, Array, float]:
-    """Lines of `excited_modes` along the motion, the transverse modes left out."""
-    still, _ = sagging.sagging_model(drive, state, modes, [[1]] * len(free_stretches(drive, state)))
-    still = still._replace(direct=0.0 * still.direct)  # nothing else begins to move them
-    _, history_rows = sagging.integrate([(still, torque)], h, history=True)
-    every = max(1, history_rows.shape[0] // 2**16)
-    relative = (history_rows @ (still.tension.T / np.maximum(still.rest, 1e-300)))[::every]
-    duration = h * torque.size
-    size = amplitudes(relative).max(axis=1)
-    return size, 2 * pi * np.arange(size.size) / duration, duration

@@ -12,22 +12,19 @@ harmonic's share is added, as in (A.22). A torque of amplitude M at the motor's 
 by :math:`\theta`, gives :math:`Q = M\theta/(W c)` with modal damping c.
 """
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf, pi, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cabledrive.mechanics.network.assembly import Network, turns_by_torque
-from cabledrive.modal import Mode
 from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.reduction.threshold import with_third_harmonic
+from cabledrive.reduction.waves import Waves
 
 ONE_TO_TWO, SUM = "1:2", "sum"
 
@@ -83,7 +80,7 @@ class NearPair:
 
 
 def pairs_of(
-    waves: "Waves", spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair] = ()
+    waves: Waves, spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair] = ()
 ) -> tuple[NearPair, ...]:
     """Pairs near resonance by Eq. (N.11), lowest threshold first; where both planes have one alike, once.
 
@@ -112,7 +109,7 @@ def _by_threshold(pair: NearPair) -> tuple[float, float]:
 
 
 def _pairs(
-    waves: "Waves", spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair]
+    waves: Waves, spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair]
 ) -> Iterator[NearPair]:
     """Every pair near resonance, plane by plane."""
     coupling, (damping, losses) = waves.couplings, waves.losses
@@ -124,7 +121,7 @@ def _pairs(
         if (own.span, own.number) == (spans[where], number) and np.allclose(own.section, section)
     }
     listed = np.diag(np.array([i in tuned for i in range(across.size)], dtype=bool))
-    turns = np.abs([turns_of(waves.network, mode)[0] for mode in waves.along])
+    turns = np.abs(waves.turns[:, 0])
     turns[turns <= _TURNING * turns.max(initial=0.0)] = 0.0
     for number, q in enumerate(waves.along):
         natural, turn = 2 * pi * q.frequency, float(turns[number])
@@ -190,127 +187,9 @@ def near_pairs(strength: Array, detuning: Array) -> list[list[int]]:
     return np.argwhere(np.triu((detuning <= near) & (strength > weakest))).tolist()
 
 
-WAYS = {"w": "across", "v": "out of plane"}
-"""Direction of a transverse plane."""
-_STILL = 1e-9
-"""Share of the largest part of its energy up to which a mode leaves a piece at rest."""
-POINTS = 16
-"""Points at which a wave is looked at on each piece of a span, beyond those that its half waves need."""
-
-
-class Waves(NamedTuple):
-    """Longitudinal and transverse modes of unit modal mass, and their slopes at the points of all pieces."""
-
-    network: Network
-    along: list[Mode]
-    across: list[Mode]
-    # slopes: of along and across, shape (modes, pieces, points); weights: of the points
-    slopes: tuple[Array, Array]
-    weights: Array
-    # of every piece: length [m], rigidity of one rope [N], number of ropes, shape (pieces,) each
-    length: Array
-    rigidity: Array
-    ropes: Array
-    moved: Array  # share of the kinetic energy of each mode across in each piece, shape (across, pieces)
-
-    @property
-    def places(self) -> list[tuple[int, tuple[float, float], str, int]]:
-        """Of each mode across: span, unstretched ends of what moves of it [m], plane, number among these."""
-        pieces, counted, found = self.network.pieces, Counter[tuple[object, ...]](), []
-        spans = np.array([piece.span for piece in pieces])
-        for mode, moved in zip(self.across, self.moved, strict=True):
-            span = self.network.drive.spans.index(mode.span or "")
-            moving = np.flatnonzero((spans == span) & (moved > _STILL * moved.max()))
-            ends = pieces[moving[0]].rest.start, pieces[moving[-1]].rest.end
-            place = span, ends, mode.plane or "w"
-            counted[place] += 1
-            found.append((*place, counted[place]))
-        return found
-
-    @property
-    def couplings(self) -> Array:
-        """Of two transverse modes by a longitudinal one, shape (along, across, across)."""
-        along, across = self.slopes
-        planes, clamped = (np.array([getattr(one, of) for one in self.across]) for of in ("plane", "clamped"))
-        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
-        alone = np.logical_or.outer(clamped, clamped)
-        found = np.zeros((len(along), len(across), len(across)))
-        for number, one in enumerate(along):
-            weight = (self.rigidity * self.length)[:, None] * self.weights * one
-            single, every = (
-                np.tensordot(across * weight * count, across, axes=((1, 2), (1, 2)))
-                for count in (1.0, self.ropes[:, None])
-            )
-            found[number] = np.where(alone, single, every) * np.equal.outer(planes, planes)
-        return found
-
-    @property
-    def losses(self) -> tuple[Array, Array]:
-        """Damping rates of longitudinal and transverse modes by the file's viscous parts alone [1/s].
-
-        Across, those of the ropes by their share of what moves: no carriage and no body is damped there.
-        """
-        network = self.network
-        along, across = np.array(
-            [(piece.rope.axial_damping, piece.rope.transverse_damping) for piece in network.pieces]
-        ).T
-        strained = self.slopes[0] ** 2 @ self.weights @ (self.ropes * self.length * along)
-        moved = np.array([moved_in(network, mode) for mode in self.along])
-        rubbed = (moved @ network.dampers.dense.T) ** 2 @ network.dampers.values
-        return strained + rubbed, np.asarray(self.moved @ across)
-
-
-def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
-    """Modes of a network with their slopes at Gauss points of its pieces."""
-    highest = max((mode.frequency for mode in across), default=0.0)
-    # as many as a polynomial through its half waves on the longest piece; a product of three needs no more
-    size = POINTS + int(pi * highest * float(network.time.max()))
-    x, weights = np.polynomial.legendre.leggauss(size)
-    gaps = x[:, None] - x + np.eye(size)
-    scale = np.array([np.prod(row) for row in 2.0 * gaps])
-    slope = scale[:, None] / scale / gaps  # differentiates at the points
-    np.fill_diagonal(slope, 0.0)
-    np.fill_diagonal(slope, -slope.sum(axis=1))
-    spans = np.array([piece.span for piece in network.pieces])
-    middle = np.array([0.5 * (piece.start + piece.end) for piece in network.pieces])
-    length, rigidity = np.array([(one.length, one.rope.axial_rigidity) for one in network.pieces]).T
-    places = middle[:, None] + 0.5 * length[:, None] * x
-
-    def values(modes: list[Mode], ways: list[str]) -> Array:
-        found = np.zeros((len(modes), *places.shape))
-        for row, mode, way in zip(found, modes, ways, strict=True):
-            for number, name in enumerate(network.drive.spans):
-                own = mode.displacement(name, way, places[spans == number].ravel())[0].real
-                row[spans == number] = own.reshape(-1, size)
-        return found
-
-    both = values(along, ["along"] * len(along)), values(across, [WAYS[one.plane or "w"] for one in across])
-    slopes = [2.0 * own @ slope.T / length[:, None] for own in both]
-    ropes, weights = network.ropes[::3].astype(np.float64), 0.5 * weights
-    mass = ropes * [piece.rope.density * piece.rest.length for piece in network.pieces]
-    moved = both[1] ** 2 @ weights * mass
-    moved[[one.clamped for one in across]] /= ropes  # of ropes side by side one
-    return Waves(network, along, across, (slopes[0], slopes[1]), weights, length, rigidity, ropes, moved)
-
-
 def refuse_running(drive: RoutedDrive, what: str) -> None:
     """Refuse routes whose cable runs, for what is computed of cables at rest."""
     for route in drive.route:
         if route.speed:
             said = f'route "{route.name}" runs at {route.speed:.4g} m/s'
             raise InputRefused(f"{said}: {what} is for cables that do not; set speed to 0")
-
-
-def moved_in(network: Network, mode: Mode) -> Array:
-    """Motion of every coordinate in a mode of unit modal mass, shape (n,)."""
-    joints = mode.joints
-    return np.array(
-        [float(np.real(joints[name][0])) if name in joints else 0.0 for name in network.motion.names]
-    )
-
-
-def turns_of(network: Network, mode: Mode) -> Array:
-    """Turn of each motor in a mode of unit modal mass, shape (motors,) [rad/sqrt(kg)]; 0 below round-off."""
-    moved = moved_in(network, mode)
-    turns = turns_by_torque(network) @ moved
-    return np.where(np.abs(turns) > 1e-9 * np.abs(moved).max(initial=0.0), turns, 0.0)

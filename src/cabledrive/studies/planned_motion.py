@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from cabledrive.answers.result import Result
 from cabledrive.identification.logs.reading import open_table
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import require_regular
@@ -23,7 +24,7 @@ class PlannedMotion(Result):
 
     _table = "time: torque pretension carriage load_torque places torques"
     time: Array  # (n,): from 0, ascending [s]
-    torque: Array  # (n,): [N m]
+    torque: Array  # (n,): [N m]; of a machine with routes beyond what holds it at rest
     pretension: Array | None = None  # (n,): [N]; the drive's own unless given
     # (n,): position of the first carriage [m]; carriages coupled to it move as far
     carriage: Array | None = None
@@ -49,34 +50,37 @@ class PlannedMotion(Result):
         columns = (self.pretension, self.carriage, self.load_torque)
         return any(values is not None and np.ptp(values) > 0.0 for values in columns)
 
-    def by_pulley(self) -> "PlannedMotion":
-        """The motion of a machine of which only places and torques change; that on the load by its pulley."""
+    def by_pulley(self, sense: float = 1.0) -> "PlannedMotion":
+        """The motion of a machine of which only places and torques change; that on the load by its pulley.
+
+        ``sense``: turn of the machine's pulleys per turn that the motion counts.
+        """
         for name in ("pretension", "carriage"):
             if getattr(self, name) is not None:
                 raise InputRefused(
                     f"motion: {name} is not for margins, which take the tension and places of the drive "
                     "file: leave the column out"
                 )
-        loads = {} if self.load_torque is None else {"load pulley": self.load_torque}
-        return replace(self, load_torque=None, torques={**self.torques, **loads})
+        loads = {} if self.load_torque is None else {"load pulley": sense * self.load_torque}
+        torques = {**self.torques, **loads}
+        return replace(self, torque=sense * self.torque, load_torque=None, torques=torques)
 
 
-def drive_along(drive: Drive, motion: PlannedMotion, t: float) -> Drive:
-    """The drive with the pretension and the carriage places that a motion has at an instant; ``t`` [s]."""
-    if motion.pretension is not None:
-        tension = float(np.interp(t, motion.time, motion.pretension))
-        drive = replace(drive, cable=replace(drive.cable, pretension=tension))
-    if motion.carriage is not None:
-        if not drive.carriage:
+def drive_at(drive: Machine, pose: Mapping[str, float]) -> Any:
+    """The drive with the pretension [N] and the place of its first carriage [m] that a motion has."""
+    own: Any = drive
+    if "pretension" in pose:
+        own = replace(own, cable=replace(own.cable, pretension=pose["pretension"]))
+    if "carriage" in pose:
+        if not own.carriage:
             raise InputRefused("motion: carriage positions are given, but the drive has none: leave them out")
-        place = float(np.interp(t, motion.time, motion.carriage))
-        way, carriages = place - drive.carriage[0].position, list(drive.carriage)
-        for number, direction in drive.moving_with(0).items():
-            own = carriages[number]
-            position = place if number == 0 else own.position + direction * way
-            carriages[number] = replace(own, position=position)
-        drive = replace(drive, carriage=tuple(carriages))
-    return drive
+        way, carriages = pose["carriage"] - own.carriage[0].position, list(own.carriage)
+        for number, direction in own.moving_with(0).items():
+            one = carriages[number]
+            position = pose["carriage"] if number == 0 else one.position + direction * way
+            carriages[number] = replace(one, position=position)
+        own = replace(own, carriage=tuple(carriages))
+    return own
 
 
 MOST_ROWS = 5_000_000

@@ -63,14 +63,17 @@ class Statics:
         return 0.5 * (self.start + self.end)
 
 
-def statics_of(drive: RoutedDrive, *, held: tuple[int, ...] | None = None) -> Statics:
+def statics_of(
+    drive: RoutedDrive, *, held: tuple[int, ...] | None = None, torques: Mapping[int, float] | None = None
+) -> Statics:
     """Tensions at rest; ``held``: numbers of pulleys that something holds, by default those of motors.
 
+    ``torques``: on top of what stands on some pulleys [N m].
     Raises `InputRefused` if no tensions balance the bodies, they are not determined, or one is not positive;
     `NotComputed` if none are found.
     """
     motion = Motion(drive, hold=tuple(drive.pulley[i].name for i in (drive.driven if held is None else held)))
-    stretches, total = at_rest(drive, motion)
+    stretches, total = at_rest(drive, motion, torques)
     for span, own in zip(drive.free_spans, stretches, strict=True):
         lowest = min(one.pull for one in own)
         if not lowest > 0.0:

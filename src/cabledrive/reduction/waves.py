@@ -1,0 +1,162 @@
+r"""Modes of a network as waves: slopes at the points of all pieces, couplings, losses.
+
+With slopes of unit modal mass a longitudinal mode q couples transverse modes a and b by
+
+.. math:: g_{qab} = \sum EA \int u_q'\,\varphi_a'\,\varphi_b'\,\mathrm{d}x .
+"""
+
+from collections import Counter
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from cabledrive.mechanics.network.assembly import Network, turns_by_torque
+from cabledrive.modal import Mode
+from cabledrive.parameters.arrays import Array
+
+WAYS = {"w": "across", "v": "out of plane"}
+"""Direction of a transverse plane."""
+_STILL = 1e-9
+"""Share of the largest part of its energy up to which a mode leaves a piece at rest."""
+POINTS = 16
+"""Points at which a wave is looked at on each piece of a span, beyond those that its half waves need."""
+
+
+class Waves(NamedTuple):
+    """Longitudinal and transverse modes of unit modal mass, and their slopes at the points of all pieces."""
+
+    network: Network
+    along: list[Mode]
+    across: list[Mode]
+    # slopes: of along and across, shape (modes, pieces, points); weights: of the points
+    slopes: tuple[Array, Array]
+    weights: Array
+    inside: Array  # share of each point on the way along its piece, shape (points,)
+    # of every piece: length [m], rigidity of one rope [N], number of ropes, shape (pieces,) each
+    length: Array
+    rigidity: Array
+    ropes: Array
+    moved: Array  # share of the kinetic energy of each mode across in each piece, shape (across, pieces)
+    shapes: Array  # displacement of each mode across, shape (across, pieces, points)
+    # motion of every coordinate in the modes along and across, shape (modes, n)
+    coordinates: tuple[Array, Array]
+
+    @property
+    def places(self) -> list[tuple[int, tuple[float, float], str, int]]:
+        """Of each mode across: span, unstretched ends of what moves of it [m], plane, number among these."""
+        pieces, counted, found = self.network.pieces, Counter[tuple[object, ...]](), []
+        spans = np.array([piece.span for piece in pieces])
+        for mode, moved in zip(self.across, self.moved, strict=True):
+            span = self.network.drive.spans.index(mode.span or "")
+            moving = np.flatnonzero((spans == span) & (moved > _STILL * moved.max()))
+            ends = pieces[moving[0]].rest.start, pieces[moving[-1]].rest.end
+            place = span, ends, mode.plane or "w"
+            counted[place] += 1
+            found.append((*place, counted[place]))
+        return found
+
+    @property
+    def turns(self) -> Array:
+        """Turn of each motor in the longitudinal modes, shape (along, motors) [rad/sqrt(kg)]."""
+        return self.coordinates[0] @ turns_by_torque(self.network).T
+
+    @property
+    def couplings(self) -> Array:
+        """Of two transverse modes by a longitudinal one, shape (along, across, across)."""
+        return self.products((self.rigidity * self.length)[:, None] * self.weights * self.slopes[0])
+
+    def products(self, weights: Array) -> Array:
+        """Products of slopes of two modes across in one plane, summed with weights (n, pieces, points)."""
+        across, clamped = self.slopes[1], np.array([one.clamped for one in self.across], dtype=bool)
+        planes = np.array([one.plane for one in self.across])
+        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
+        alone, found = np.logical_or.outer(clamped, clamped), []
+        for weight in weights:
+            single, every = (
+                np.tensordot(across * weight * count, across, axes=((1, 2), (1, 2)))
+                for count in (1.0, self.ropes[:, None])
+            )
+            found.append(np.where(alone, single, every) * np.equal.outer(planes, planes))
+        return np.array(found).reshape(len(weights), len(across), len(across))
+
+    def turned(self, along: Array, across: Array) -> "Waves":
+        """These modes along and across, turned round where a sign is -1."""
+        one, other = along[:, None], across[:, None]
+        return self._replace(
+            slopes=(one[:, :, None] * self.slopes[0], other[:, :, None] * self.slopes[1]),
+            shapes=other[:, :, None] * self.shapes,
+            coordinates=(one * self.coordinates[0], other * self.coordinates[1]),
+        )
+
+    @property
+    def losses(self) -> tuple[Array, Array]:
+        """Damping rates of longitudinal and transverse modes by the file's viscous parts alone [1/s].
+
+        Across, those of the ropes by their share of what moves: no carriage and no body is damped there.
+        """
+        network = self.network
+        along, across = np.array(
+            [(piece.rope.axial_damping, piece.rope.transverse_damping) for piece in network.pieces]
+        ).T
+        strained = self.slopes[0] ** 2 @ self.weights @ (self.ropes * self.length * along)
+        rubbed = (self.coordinates[0] @ network.dampers.dense.T) ** 2 @ network.dampers.values
+        return strained + rubbed, np.asarray(self.moved @ across)
+
+
+def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
+    """Modes of a network with their slopes at Gauss points of its pieces."""
+    highest = max((mode.frequency for mode in across), default=0.0)
+    # as many as a polynomial through its half waves on the longest piece; a product of three needs no more
+    size = POINTS + int(pi * highest * float(network.time.max()))
+    x, weights = np.polynomial.legendre.leggauss(size)
+    gaps = x[:, None] - x + np.eye(size)
+    scale = np.array([np.prod(row) for row in 2.0 * gaps])
+    slope = scale[:, None] / scale / gaps  # differentiates at the points
+    np.fill_diagonal(slope, 0.0)
+    np.fill_diagonal(slope, -slope.sum(axis=1))
+    spans = np.array([piece.span for piece in network.pieces])
+    middle = np.array([0.5 * (piece.start + piece.end) for piece in network.pieces])
+    length, rigidity = np.array([(one.length, one.rope.axial_rigidity) for one in network.pieces]).T
+    places = middle[:, None] + 0.5 * length[:, None] * x
+
+    def values(modes: list[Mode], ways: list[str]) -> Array:
+        found = np.zeros((len(modes), *places.shape))
+        for row, mode, way in zip(found, modes, ways, strict=True):
+            for number, name in enumerate(network.drive.spans):
+                own = mode.displacement(name, way, places[spans == number].ravel())[0].real
+                row[spans == number] = own.reshape(-1, size)
+        return found
+
+    both = values(along, ["along"] * len(along)), values(across, [WAYS[one.plane or "w"] for one in across])
+    slopes = [2.0 * own @ slope.T / length[:, None] for own in both]
+    ropes, weights = network.ropes[::3].astype(np.float64), 0.5 * weights
+    mass = ropes * [piece.rope.density * piece.rest.length for piece in network.pieces]
+    moved = both[1] ** 2 @ weights * mass
+    moved[[one.clamped for one in across]] /= ropes  # of ropes side by side one
+    coordinates = tuple(
+        np.array([_moved_in(network, mode) for mode in modes]).reshape(len(modes), len(network.motion.names))
+        for modes in (along, across)
+    )
+    return Waves(
+        network=network,
+        along=along,
+        across=across,
+        slopes=(slopes[0], slopes[1]),
+        weights=weights,
+        inside=0.5 * (x + 1.0),
+        length=length,
+        rigidity=rigidity,
+        ropes=ropes,
+        moved=moved,
+        shapes=both[1],
+        coordinates=(coordinates[0], coordinates[1]),
+    )
+
+
+def _moved_in(network: Network, mode: Mode) -> Array:
+    """Motion of every coordinate in a mode of unit modal mass, shape (n,)."""
+    joints = mode.joints
+    return np.array(
+        [float(np.real(joints[name][0])) if name in joints else 0.0 for name in network.motion.names]
+    )
