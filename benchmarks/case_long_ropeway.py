@@ -9,7 +9,7 @@ from harness import duration, side_by_side, table, worst_error
 
 import cabledrive as cd
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.modal import longitudinal_modes
+from cabledrive.modal.natural import longitudinal_modes
 from cabledrive.modal.route_network import network_of_drive
 from cabledrive.modal.spectrum import Spectrum
 

@@ -118,7 +118,10 @@ def network_of_drive(
     slack = tuple(own for own in rest.sections if own.lowest_tension <= 0.0)
     if slack and not drive.layout.gravity:
         raise NotComputed(slack_line(slack[0]))
-    carriages = (replace(own, name="", guided=own.guided or taut) for own in machine.carriage)
+    carriages = (
+        replace(own, name="", guided=own.guided or taut) if own.name or taut > own.guided else own
+        for own in machine.carriage
+    )
     machine = replace(machine, carriage=tuple(carriages))
     stretches = tuple(tuple(own for own in rest.stretches if own.span == span) for span in drive.spans)
     held = held_joints(drive, hold)

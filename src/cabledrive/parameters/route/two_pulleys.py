@@ -1,6 +1,6 @@
 """A loop round two pulleys as a machine with routes."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from math import hypot
 from typing import Any
 
@@ -51,6 +51,7 @@ def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) ->
             motors.append(RoutedMotor(pulley=name, **_alike(RoutedMotor, drive.motor)))
         elif turns:  # what gives its torque has the pulley's own inertia
             motors.append(RoutedMotor(pulley=name, inertia=part.inertia))
+    beyond = {"upper": 0.0, "lower": drive.pulley_distance}
     rigidity = dict.fromkeys(RIGIDITY) | {"given_rigidity": drive.cable.axial_rigidity}
     return RoutedDrive(
         name=drive.name,
@@ -59,10 +60,9 @@ def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) ->
         layout=RouteLayout(**_alike(RouteLayout, drive.layout)),
         pulley=pulleys,
         carriage=tuple(
-            replace(
-                RoutedCarriage(**_alike(RoutedCarriage, own)),
-                position=own.position * (1.0 + drive.cable.prestrain)
-                + (drive.pulley_distance if own.span == "lower" else 0.0),
+            RoutedCarriage(
+                **_alike(RoutedCarriage, own)
+                | {"position": own.position * (1.0 + drive.cable.prestrain) + beyond[own.span]}
             )
             for own in drive.carriage
         ),
