@@ -34,10 +34,10 @@ def check_method(name: str, plan: Plan) -> None:
     """
     if name not in NAMES:
         raise InputRefused(f'method = "{name}" is not one of its values{nearest(name, NAMES)}')
-    law = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None
+    law, spacing = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None, plan.segment[at.SPACING]
     table: dict[str, dict[str, object]] = {
         "node-centred": {
-            "carriages or unequal segments": not plan.uniform and plan.axial == of.UNDAMPED,
+            "carriages or unequal segments": plan.stop.size > 0 or np.ptp(spacing) > 1e-12 * spacing[0],
             "axial damping": plan.axial != of.UNDAMPED,
             "slack of a tension-only cable": plan.tension_only,
         },

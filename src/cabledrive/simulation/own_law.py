@@ -156,5 +156,5 @@ def stiffness_over_limit(plan: Plan, law: CableLaw, x: Array) -> Array:
     step = 1e-6 * along
     ahead, behind = (np.stack(law.excess_components(*(gradients + d))) for d in (step, -step))
     slope = np.sum((ahead - behind) * along, axis=0) / 2e-6
-    gained = np.repeat(plan.run[:, at.SPEED_U], np.diff(plan.runs, axis=1)[:, 0])
-    return np.asarray(slope * gained * plan.step)
+    gained = np.maximum(plan.node[at.KICK_U, 1:], plan.node[at.KICK_U, :-1])
+    return np.asarray(slope * gained * plan.segment[at.INVERSE_SPACING] * plan.step)

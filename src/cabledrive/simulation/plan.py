@@ -41,10 +41,10 @@ SERIES = (
     -0.1965216438263875,
 )
 
-# Columns of the table of runs: spacing [m]; velocity gained over a step per pull h p along u, and by weight;
+# Columns of the table of runs: T0, spacing; velocity gained over a step per pull h p along u, and by weight;
 # the same across, with the share of the velocity that is kept; transverse loss per square of twice the mean
 # velocity; bounds of the y at which a segment is taut and the series holds; coefficients of the gain in y.
-H, SPEED_U, RUN_FALL_U, SPEED_T, KEPT, LOSS, CENTRE, REACH, GAIN = range(9)
+PULL, H, SPEED_U, RUN_FALL_U, SPEED_T, KEPT, LOSS, CENTRE, REACH, GAIN = range(10)
 COLUMNS = GAIN + len(SERIES)
 
 
@@ -58,24 +58,19 @@ def runs_of(mesh: Mesh, stops: Integers) -> Integers:
     return np.stack([starts, np.append(starts[1:], h.size)], axis=1).astype(np.int64)
 
 
-def numbers_of_runs(
-    mesh: Mesh, runs: Integers, rigidity: float, slack_strain: float, step: float, damping: float
-) -> Array:
-    """Table of the runs, shape (runs, COLUMNS); ``damping``: transverse, Gamma [1/s]."""
-    h = mesh.spacing[runs[:, 0]]
-    mass, damped = mesh.density * h, 0.5 * step * damping
+def numbers_of_runs(runs: Integers, piece: Array, segment: Array, node: Array, step: float) -> Array:
+    """Table of the runs, (runs, COLUMNS), from those of a `Plan`; ``piece``: row of each run's piece."""
+    h, inner = segment[SPACING, runs[:, 0]], np.minimum(runs[:, 0] + 1, runs[:, 1] - 1)
     table = np.zeros((len(runs), COLUMNS))
-    table[:, H] = h
-    table[:, SPEED_U] = step / mass / h
-    table[:, SPEED_T] = step / mass / (1.0 + damped) / h
-    table[:, KEPT] = (1.0 - damped) / (1.0 + damped)
-    table[:, RUN_FALL_U] = step / mass * mesh.weight_u[np.minimum(runs[:, 0] + 1, runs[:, 1] - 1)]
-    table[:, LOSS] = 0.25 * step * damping * mass
-    lowest = max((1.0 + slack_strain) ** 2 - 1.0, -LARGEST_Z)
+    table[:, PULL], table[:, H] = piece[:, PRETENSION], h
+    table[:, SPEED_U], table[:, SPEED_T] = node[KICK_U, inner] / h, node[KICK_T, inner] / h
+    table[:, KEPT], table[:, RUN_FALL_U] = node[KEEP_T, inner], node[FALL_U, inner]
+    table[:, LOSS] = 0.25 * step * node[DRAG, inner]
+    lowest = np.maximum((1.0 + piece[:, SLACK_STRAIN]) ** 2 - 1.0, -LARGEST_Z)
     table[:, CENTRE] = 0.5 * (LARGEST_Z + lowest) * h**2
     table[:, REACH] = 0.5 * (LARGEST_Z - lowest) * h**2
     for power, coefficient in enumerate(SERIES, start=1):
-        table[:, GAIN + power - 1] = rigidity * coefficient / h ** (2 * power)
+        table[:, GAIN + power - 1] = piece[:, RIGIDITY] * coefficient / h ** (2 * power)
     return table
 
 
@@ -122,7 +117,6 @@ class Plan(NamedTuple):
     stop_when_slack: bool
     step: float  # [s]
     axial: int  # how segments are damped, see `cabledrive.simulation.dampers`
-    uniform: bool  # equal segments, no carriages, no forces
     nodes: Integers  # (pieces, 2): first and last node of each piece
     piece: Array  # (pieces, 7): T0 [N], EA [N], slack strain, parallel ropes; u, v, w of its end where q = 0
     segment: Array
@@ -153,7 +147,7 @@ class Plan(NamedTuple):
     probe: Array
     force: Integers = NO_PAIRS  # (forces, 2): node, and axis
     stop: Integers = NO_NODES  # (stops,): nodes with a carriage or a force, in rising order
-    beside: Integers = NO_NODES  # (number,): segments beside rims and stops
+    beside: Integers = NO_PAIRS  # (number, 2): segments beside rims and stops, and their pieces
     runs: Integers = (
         NO_PAIRS  # (runs, 2): first and last segment of each run of equal segments, the last not included
     )
@@ -223,24 +217,26 @@ def plan_of(
     stops = np.unique([*mesh.carriage_node, *(node for node, _ in forces)]).astype(np.int64)
     runs = runs_of(mesh, stops)
     joints = np.unique([*range(0, mesh.nodes, mesh.segments), *stops])  # rims and stops
+    beside = np.unique([joints[:-1], joints[1:] - 1]).astype(np.int64)
     midpoints = tuple((span, 0.5 * float(mesh.position[0, -1])) for span in mesh.spans)
     h, n, spans = mesh.spacing, mesh.segments, len(mesh.spans)
     ends = np.zeros((spans, 2, 3, 3))
     for span in range(spans):
         ends[span, [0, 1], 0, [span, 1 - span]] = 1.0
-    compliance, node = h / damper if damper else 0.0 * h, _nodes(mesh, step, transverse_damping)
+    segment = np.array([h, 1.0 / h, h / damper if damper else 0.0 * h])
+    node = _nodes(mesh, step, transverse_damping)
     own = np.array([(span * n, (span + 1) * n) for span in range(spans)], dtype=np.int64)
-    made = eliminated(own, compliance, node[KICK_U], np.ones(spans), ends[:, :, 0])
+    piece = np.array([(law.pretension, law.axial_rigidity, law.slack_strain, 1.0, *3 * [0.0])] * spans)
+    made = eliminated(own, segment[COMPLIANCE], node[KICK_U], np.ones(spans), ends[:, :, 0])
     return Plan(
         law=kernel_number(law),
         tension_only=law.tension_only,
         stop_when_slack=scheme.slack == "stop",
         step=step,
         axial=made.how(exact=kernel_number(law) == EXACT),
-        uniform=bool(np.ptp(h) <= 1e-12 * h[0]) and axial_damping == 0.0 and not stops.size,
         nodes=own,
-        piece=np.array([(law.pretension, law.axial_rigidity, law.slack_strain, 1.0, *3 * [0.0])] * spans),
-        segment=np.array([h, 1.0 / h, compliance]),
+        piece=piece,
+        segment=segment,
         node=node,
         **rows_of_ends(ends),
         **_shafts(mesh, step, scheme.smoothing_speed if scheme.friction == "smoothed" else 0.0, made.loss),
@@ -248,9 +244,9 @@ def plan_of(
         probe=np.pad(probed(divided_spans(mesh), (*midpoints, *probes)), ((0, 0), (0, 3))),
         force=np.array(forces, dtype=np.int64).reshape(-1, 2),
         stop=stops,
-        beside=np.unique([joints[:-1], joints[1:] - 1]).astype(np.int64),
+        beside=np.stack([beside, beside // n], axis=1),
         runs=runs,
-        run=numbers_of_runs(mesh, runs, law.axial_rigidity, law.slack_strain, step, transverse_damping),
+        run=numbers_of_runs(runs, piece[runs[:, 0] // n], segment, node, step),
     )
 
 

@@ -31,10 +31,10 @@ Lines = tuple[Plane, Out]
 @njit_inner
 def pulls_beside(plan: Plan, x: Array, p: Array) -> None:
     """Components of the segments beside rims and stops, into their places in p."""
-    rope, inverse = rope_of(plan, 0), plan.segment[at.INVERSE_SPACING]
-    for k in range(plan.beside.size):
-        here = plan.beside[k], plan.beside[k] + 1
-        segment_tensions(rope, here, x, inverse, p)
+    inverse = plan.segment[at.INVERSE_SPACING]
+    for k in range(plan.beside.shape[0]):
+        here = plan.beside[k, 0], plan.beside[k, 0] + 1
+        segment_tensions(rope_of(plan, plan.beside[k, 1]), here, x, inverse, p)
 
 
 @njit_inner
@@ -96,7 +96,8 @@ def move_run(plan: Plan, k: int, pulls: Pulls, plane: Plane, out: Out) -> tuple[
     if out is not None:
         v, v_t = out
     p_u, p_v, p_w = pulls
-    run, step, pretension, fall_w = plan.run[k], plan.step, plan.piece[0, at.PRETENSION], plan.node[at.FALL_W]
+    run, step, fall_w = plan.run[k], plan.step, plan.node[at.FALL_W]
+    pretension = run[at.PULL]
     first, last = plan.runs[k, 0], plan.runs[k, 1]
     h, kick_u, kick_t, keep = run[at.H], run[at.SPEED_U], run[at.SPEED_T], run[at.KEPT]
     h2, centre, reach, fall_u = 2.0 * h, run[at.CENTRE], run[at.REACH], run[at.RUN_FALL_U]

@@ -27,6 +27,7 @@ from cabledrive.simulation.plan import (
     Plan,
     kernel_number,
     moved_by,
+    numbers_of_runs,
     rows_of_ends,
 )
 from cabledrive.simulation.start import Divided, Scheme, probed
@@ -232,6 +233,7 @@ def network_plan(
     before, share = probe[:, 0].astype(np.int64), probe[:, 1]
     places = (1.0 - share) * rest.x[:, before] + share * rest.x[:, before + 1]
     numbers = [(law.pretension, law.axial_rigidity, law.slack_strain) for law in laws]
+    piece = np.column_stack([numbers, mesh.ropes, rest.x[:, mesh.nodes[:, 1]].T])
     if (number := kernel_number(laws[0])) == at.OWN:
         raise InputRefused(
             'kind = "route": laws of one\'s own are not simulated on routes: take a packaged law'
@@ -242,9 +244,8 @@ def network_plan(
         stop_when_slack=scheme.slack == "stop",
         step=step,
         axial=made.how(exact=number == at.EXACT),
-        uniform=False,
         nodes=mesh.nodes,
-        piece=np.column_stack([numbers, mesh.ropes, rest.x[:, mesh.nodes[:, 1]].T]),
+        piece=piece,
         segment=segment,
         node=node,
         **rows_of_ends(mesh.ends),
@@ -256,5 +257,8 @@ def network_plan(
         smooth=np.where(wrap[:, 0] < 0, scheme.smoothing_speed * (scheme.friction == "smoothed"), 0.0),
         wrap=wrap,
         damper=made.table,
+        beside=np.stack([(mesh.nodes - (0, 1)).ravel(), np.repeat(np.arange(len(piece)), 2)], axis=1),
+        runs=mesh.nodes,
+        run=numbers_of_runs(mesh.nodes, piece, segment, node, step),
         probe=np.column_stack([probe, places.T]),
     )
