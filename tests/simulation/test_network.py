@@ -252,7 +252,10 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(measured):
     assert ratio == pytest.approx(np.exp(0.25 * np.pi / 2), rel=2e-3)
     assert found.channel("coulomb_loss")[-1] > 0.0
     assert found.energy_budget_error < 1e-6, found.energy_budget_error
-    # what the weight of a heavy rope pulls behind the guide, friction holds from the first step on
+
+
+@pytest.mark.kernel
+def test_what_the_weight_of_a_heavy_rope_pulls_behind_a_guide_friction_holds_from_the_first_step_on():
     heavy = GUIDE.replace("0 m/s^2", "9.81 m/s^2").replace("5 g/m", "500 g/m")
     held = cd.simulate(routed(heavy), 1e-4, scheme=Scheme(segments=6))
     assert not held.channel("speed of slip at guide").any()
