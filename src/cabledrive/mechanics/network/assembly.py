@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.holding import HOLDING, motor_condition
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, Row
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, Row, dense
 from cabledrive.mechanics.network.pieces import Piece, carriage_at, pieces_of
 from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, statics_of
 from cabledrive.parameters.arrays import Array, Complex
@@ -44,10 +44,7 @@ class Parts(NamedTuple):
     @property
     def dense(self) -> Array:
         """Their rows, shape (k, n)."""
-        total = np.zeros((len(self.rows), self.n))
-        for own, row in zip(total, self.rows, strict=True):
-            own[list(row)] = list(row.values())
-        return total
+        return dense(self.rows, self.n)
 
     @property
     def matrix(self) -> Array:

@@ -9,7 +9,7 @@ radius r moves by
 along and across the span; :math:`J_c` is the motion of the body that carries it.
 """
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -46,6 +46,14 @@ class Row(dict[int, float]):
     def __rmul__(self, factor: float) -> "Row":
         """So many times."""
         return Row({number: factor * own for number, own in self.items()})
+
+
+def dense(rows: Sequence[Row], n: int) -> Array:
+    """Rows of n coordinates as an array, shape (rows, n)."""
+    total = np.zeros((len(rows), n))
+    for own, row in zip(total, rows, strict=True):
+        own[list(row)] = list(row.values())
+    return total
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,11 +127,7 @@ class Motion:
 
     def dense(self, *rows: Row | str) -> Array:
         """Rows, or those that pick coordinates by their names, as an array, shape (rows, n)."""
-        total = np.zeros((len(rows), len(self.names)))
-        for own, row in zip(total, rows, strict=True):
-            picked = self.unit(row) if isinstance(row, str) else row
-            own[list(picked)] = list(picked.values())
-        return total
+        return dense([self.unit(row) if isinstance(row, str) else row for row in rows], len(self.names))
 
     def point(self, at: Point, body: int | None) -> tuple[Row, Row]:
         """Motion of a point of a body along x and y [m]."""
