@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 import cabledrive as cd
 from cabledrive.mechanics import rest_state
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
-from cabledrive.mechanics.mesh import cable_forces, mesh_of, strain_energy, weight_energy
+from cabledrive.mechanics.mesh import gradients, mesh_of, strain_energy, weight_energy
 from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive_file import load_drive
@@ -20,6 +20,18 @@ from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from network_samples import hanging_drive
 from oracles.hanging_machine import catenary_sag, parabola_sag
+
+
+def cable_forces(mesh, law, displacement):
+    """Forces of the cable on its nodes along u, v, w [N], (3, nodes), the pretension's own pull left out."""
+    components = np.stack(law.excess_components(*gradients(mesh, displacement)))
+    force = np.zeros((3, mesh.nodes))
+    force[:, :-1] += components
+    force[:, 1:] -= components
+    if mesh.closed:
+        force[:, 0] += force[:, -1]
+        force[:, -1] = force[:, 0]
+    return force
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -180,23 +180,6 @@ def gradients(mesh: Mesh, displacement: Array) -> Components:
     return u_x, v_x, w_x
 
 
-def cable_forces(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
-    """Forces of the cable on its nodes, the pretension's own pull left out.
-
-    ``displacement``, shape (3, nodes): u, v, w [m].
-    Returns shape (3, nodes): along u, v, w [N]. At the drive rim of a loop both spans pull; in a line each
-    pulley is taken to carry the constant torque that balances the pretension.
-    """
-    components = np.stack(law.excess_components(*gradients(mesh, displacement)))
-    force = np.zeros((3, mesh.nodes))
-    force[:, :-1] += components
-    force[:, 1:] -= components
-    if mesh.closed:
-        force[:, 0] += force[:, -1]
-        force[:, -1] = force[:, 0]
-    return force
-
-
 def strain_energy(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
     """Elastic energy of each span [J] above the straight pretensioned cable; u, v, w, (3, nodes) [m]."""
     density = law.energy_density(*gradients(mesh, displacement))
