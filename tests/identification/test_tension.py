@@ -13,8 +13,9 @@ from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.signals import zero_phase
 from cabledrive.identification.tension.both import tension_of_both, tensions_from_load_cell
 from cabledrive.identification.tension.family_fit import family_tension
-from cabledrive.identification.tension.strings import compared, tension_from_ping, tension_of_route_span
+from cabledrive.identification.tension.strings import compared, string_of, tension_from_ping
 from cabledrive.identification.tension.tones import Tones, fit_tones
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from command import answer, refusal
 from played_spans import SPANS, carrying, errors, held, played
@@ -106,7 +107,7 @@ def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
         log, drive, tension = by_the_string_formula(seed)
         try:
             if seed % 3 == 2:
-                one = tension_of_route_span(log, drive, BELT_A).spans[BELT_A]
+                one = tension_from_ping(log, drive, span=BELT_A).spans[BELT_A]
             else:
                 one = tension_from_ping(log, drive).spans["upper"]
         except cd.NotComputed:
@@ -188,6 +189,39 @@ def test_pings_of_other_machines_and_sections_give_their_tension(name, section):
     log = log_of(time, {"position": swing}, {"position": "m"})
     one = tension_from_ping(log, guess, section=section).spans["upper"]
     assert one.tension.value == pytest.approx(drive.cable.pretension, rel=0.01), one
+    routed = as_machine(guess)
+    (again,) = tension_from_ping(log, routed, span=routed.spans[0], section=section).spans.values()
+    assert again.tension.value == pytest.approx(one.tension.value, rel=3.0 * guess.cable.prestrain), again
+
+
+@pytest.mark.parametrize("stiff", [None, 2e-3])
+@pytest.mark.parametrize("name", ["dissertation-3", "printer-belt", "camera-line"])
+def test_the_modes_of_a_span_do_not_depend_on_how_its_machine_is_written(name, stiff, measured):
+    """Stiff ropes alone: parts between guided carriages of routes have no modes of their own names."""
+    drive = cd.load_drive(name)
+    if stiff is not None:
+        bending = stiff * drive.cable.pretension * drive.pulley_distance**2
+        drive = replace(drive, carriage=(), cable=replace(drive.cable, bending_stiffness=bending))
+    routed = as_machine(drive)
+    for span, called in zip(drive.spans, routed.spans, strict=True):
+        one, other = string_of(drive, span).modes, string_of(routed, called).modes
+        off = float(np.abs(other / one - 1.0).max())
+        measured(f"{span}: {off:.1e}")
+        apart = abs(string_of(drive, span).known / drive.cable.pretension - 1.0) * drive.cable.prestrain
+        assert off < apart + 1e-7, (span, off)  # the file's lengths are those at its pretension
+
+
+def test_a_channel_of_another_span_is_not_read_for_the_named_one():
+    """Both spans stand in one log, at 7 N and 8 N; a part has the string formula of its own length."""
+    time, upper = rung(with_tension("dissertation-3", 7.0), 1, rate=4000.0)
+    _, lower = rung(with_tension("dissertation-3", 8.0), 2, rate=4000.0)
+    channels = {"upper_position": upper, "lower_position": lower}
+    log, drive = log_of(time, channels, dict.fromkeys(channels, "m")), cd.load_drive("dissertation-3")
+    for span, tension in (("upper", 7.0), ("lower", 8.0)):
+        assert tension_from_ping(log, drive, span=span)[span] == pytest.approx(tension, rel=0.01)
+    parted = cd.load_drive("dissertation-transporter")
+    string = string_of(parted, "upper", 1)
+    assert string.bare(string.modes[0]) == pytest.approx(string.known, rel=2.0 * parted.cable.prestrain)
 
 
 def test_both_spans_of_a_stiff_belt_are_read_from_one_recording():
@@ -526,7 +560,7 @@ def ring(tension, seed):
 def test_two_belts_are_compared_with_an_interval():
     drive = cd.load_drive("corexy")
     found = {
-        span: tension_of_route_span(log_of(time, {"sound": sound}, {}), drive, span).spans[span]
+        span: tension_from_ping(log_of(time, {"sound": sound}, {}), drive, span=span).spans[span]
         for span, (time, sound) in ((BELT_A, ring(30.0, 0)), (BELT_B, ring(26.0, 1)))
     }
     apart, relative = compared(found)

@@ -17,7 +17,6 @@ from cabledrive.identification.tension.recording import read_ping
 from cabledrive.identification.tension.strings import compared, tensions_of_spans
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.report.blocks import listed, table_text
 
 INTERVAL = Keys("unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"), of=Estimate)
@@ -53,7 +52,6 @@ def pinged(
     if spans == (BOTH,):
         if len(logs) != 1:
             raise InputRefused(f"--ping: {len(logs)} logs given, both spans sound in one recording: name one")
-        require_two_pulleys(drive, "--span both")
         one = tension_of_both(read_ping(logs[0], columns), drive, plucked=plucked, section=section)
         missing = None if one.identifiable else one.unidentifiable[0]
         return _tensions(drive, one.as_dict(), TWO_FAMILIES, (), missing)

@@ -10,7 +10,6 @@ it. The turning of the load pulley gives the difference of both,
 with the weight's part W along the line.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import hypot, pi, sqrt
 
@@ -27,7 +26,7 @@ from cabledrive.identification.tension import family_fit
 from cabledrive.identification.tension.families import Family, Proposal, proposals
 from cabledrive.identification.tension.family_fit import PingTension, SpanTension
 from cabledrive.identification.tension.recording import SEARCHED, PreparedRecording, prepared_recording
-from cabledrive.identification.tension.strings import bare_tension, channels_of, section_modes, tensions_for
+from cabledrive.identification.tension.strings import channels_of, string_of
 from cabledrive.identification.tension.tones import TonesFit
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
@@ -53,13 +52,15 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
     ``plucked``: which span was plucked harder, for labels where both have the same modes; ``section``: part
     between guided carriages. Raises `NotComputed` if no tone is found, or two assignments fit alike.
     """
-    if len(drive.spans) < 2:
-        raise InputRefused(f"{drive.name} has one span: read it without asking for both")
+    if drive.spans != SPANS:
+        said = f"--span both is for the two spans of a loop, {drive.name} has {len(drive.spans)}"
+        raise InputRefused(f"{said}: name each span that was plucked, a recording each")
     if plucked is not None and plucked not in drive.spans:
         raise InputRefused(f'plucked = "{plucked}": {drive.name} has {", ".join(drive.spans)}: choose one')
     parted = {span: any(one.guided for one in drive.carriages_on(span)) for span in drive.spans}
     sections = {span: section if parted[span] else 0 for span in drive.spans}
-    teeth = {span: section_modes(drive, span, own) for span, own in sections.items()}
+    strings = {span: string_of(drive, span, own) for span, own in sections.items()}
+    teeth = {span: string.modes for span, string in strings.items()}
     prepared = prepared_recording(log, drive, channels_of(log)[0], teeth)
     singles, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
     if not singles:
@@ -74,12 +75,12 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
         split = _split(prepared, family, one) if doubtful and prepared.alike else None
         if split is None or not _apart(prepared, split):
             overlapping = split.residual < BETTER * one.residual if split else doubtful and not prepared.alike
-            (tension,) = _tensions(prepared, drive, one, {family[0]: sections[family[0]]})
+            tension = strings[family[0]].tension_of(prepared, one)
             return _of_one_family(prepared, one, tension, plucked, overlapping)
         fitted = split
     lines: tuple[str, ...] = ()
     names = _label(prepared, fitted, plucked)
-    first, second = _tensions(prepared, drive, fitted, {name: sections[name] for name in names or SPANS})
+    first, second = (strings[name].tension_of(prepared, fitted, k) for k, name in enumerate(names or SPANS))
     if names is None:
         shown = sorted((first, second), key=lambda one: -one.tension.value)
         found = dict(zip(("tauter", "looser"), shown, strict=True))
@@ -131,23 +132,6 @@ def _of_one_family(
         one = replace(one, tension=replace(one.tension, standard_error=error, low=low, high=high))
     unknown = Estimate.unknown("N", line)
     return _answer(prepared, {name: one}, unknown, replace(unknown, unit="N m"), (line,))
-
-
-def _tensions(
-    prepared: PreparedRecording, drive: Drive, fit: TonesFit, sections: Mapping[str, int]
-) -> list[SpanTension]:
-    """Tension of each of the first families, whose spans have these names and plucked sections."""
-    tones, wanted = fit.tones, []
-    for k, (span, section) in enumerate(sections.items()):
-        place = int(np.flatnonzero(tones.family == k)[0])
-        hertz = float(tones.frequency[place]) / prepared.factor
-        wanted.append((span, section, int(tones.number[place]), hertz))
-    found = []
-    for k, (span, value) in enumerate(zip(sections, tensions_for(drive, wanted), strict=True)):
-        steep = 2.0 * (1.0 + value / drive.cable.axial_rigidity)
-        bare = bare_tension(drive, float(tones.scale[k]) * float(prepared.teeth[span][0]))
-        found.append(family_fit.family_tension(prepared, fit, k, span, (value, steep, bare)))
-    return found
 
 
 def _answer(

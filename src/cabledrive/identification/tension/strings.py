@@ -1,4 +1,4 @@
-"""Tension of a span, or of any vibrating string, from its ping: of loops, lines, named spans of routes."""
+"""Tension of a span, or of any vibrating string, from its ping."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,19 +12,24 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.tension import family_fit, recording
 from cabledrive.identification.tension.families import proposals
 from cabledrive.identification.tension.family_fit import PingTension, SpanTension
-from cabledrive.identification.tension.recording import PreparedRecording
+from cabledrive.identification.tension.recording import PARTIALS, PreparedRecording
 from cabledrive.identification.tension.tones import TonesFit
+from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.mechanics.network import statics_of
-from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.modal import modes
+from cabledrive.modal.elements import ACROSS, OUT
+from cabledrive.modal.natural import spectrum_of
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.modal.tuning import section_frequencies
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine
 
 HEARD = ("sound", "acceleration")
 """Channels that hear a knock on the machine as well as a span."""
+SHARED = 0.1
+"""Share of the strain energy from which a mode in the plane is one of the span."""
 LOUD = 0.3
 """Share of the first partial above which another tone near it is resolved."""
 MATCHED = 0.01
@@ -33,12 +38,14 @@ INCONSISTENT = 3.0
 """The same over its standard error."""
 ALONE = 0.9
 """Share of the power that decays, from which no other family is tried."""
+MOST_SHORT = 200.0
+"""Length of all spans over that of a part, above which it has too few of the modes of the machine."""
 TEETH = 16
 """Modes of a span that a peak may belong to."""
 ROOM = 0.25
-"""Largest relative distance of a mode of a route's span from that of a string between resting ends."""
+"""Relative distance of a mode in the plane of the machine from one across it that is more than much."""
 COUPLED = 1e-3
-"""The same from which a finding says that the ends of the span move with it."""
+"""The same from which a finding says that the ends of the span move, or that it sags."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -51,7 +58,21 @@ class PingedString:
     # tension [N] at which a mode, by its number from 1, has a frequency [Hz]
     tension_for: Callable[[int, float], float]
     bare: Callable[[float], float]  # tension [N] of a string of this length and mass with a fundamental [Hz]
-    remedy: str  # what to do where a second tone is heard beside the first
+    known: float  # tension as the file has it [N]
+    raised: float  # by what share of itself bending raises a mode there, at most
+    finding: str  # that its modes in the plane of the machine are others
+
+    def tension_of(self, prepared: PreparedRecording, fit: TonesFit, family: int = 0) -> SpanTension:
+        """The tension that a family of partials says; its interval covers what bending makes of another."""
+        tones = fit.tones
+        scale, lowest = float(tones.scale[family]), int(tones.number[tones.family == family].min())
+        hertz = scale * float(self.modes[lowest - 1])
+        value = self.tension_for(lowest, hertz)
+        steep = 1e4 * (self.tension_for(lowest, hertz * 1.0001) / value - 1.0)
+        known = value, steep, self.bare(scale * float(self.modes[0]))
+        found = family_fit.family_tension(prepared, fit, family, self.span, known)
+        extra = 2.0 * self.raised * abs(value - self.known) * value / self.known
+        return replace(found, tension=family_fit.widened(found.tension, extra / float(stats.norm.ppf(0.975))))
 
 
 def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTension:
@@ -70,15 +91,9 @@ def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTensi
     if not pings:
         raise prepared.no_tone
     fit = family_fit.with_silent_partials(prepared, min(pings, key=lambda one: one[:2])[2])
-    tones, own = fit.tones, fit.tones.family == 0
-    first = float(tones.scale[0] * prepared.factor * string.modes[0])
+    own, first = fit.tones.family == 0, float(fit.tones.scale[0] * prepared.factor * string.modes[0])
     recording.require_ping(log.channel(channel), log.interval, first, f"{log.source}: {channel}")
-    lowest = int(tones.number[own].min())
-    hertz = float(tones.scale[0]) * float(string.modes[lowest - 1])
-    value = string.tension_for(lowest, hertz)
-    steep = 1e4 * (string.tension_for(lowest, hertz * 1.0001) / value - 1.0)
-    bare = string.bare(float(tones.scale[0]) * float(string.modes[0]))
-    found = family_fit.family_tension(prepared, fit, 0, string.span, (value, steep, bare))
+    found = string.tension_of(prepared, fit)
     clear = float(np.sqrt(np.mean((fit.offset[own] / fit.offset_error[own]) ** 2))) > INCONSISTENT
     apart = found.spread if clear else 0.0
     _require_string(prepared, fit, apart)
@@ -130,7 +145,9 @@ def _findings(string: PingedString, prepared: PreparedRecording, fit: TonesFit, 
     if others.any() and prepared.factor == 1.0:
         loudest = tones.frequency[int(np.argmax(np.where(others, fit.amplitude, 0.0)))]
         beside = f"another tone at {loudest:.4g} Hz beside {tones.frequency[first]:.4g} Hz"
-        found.append(f"{beside}: {string.remedy}")
+        both = ", or identify both (--span both)" if len(string.drive.spans) == 2 else ""
+        found.append(f"{beside}: does another span vibrate? Damp it{both}")
+    found += [string.finding] if string.finding else []
     return [f"{prepared.channel}: {words}" for words in found]
 
 
@@ -147,146 +164,130 @@ def channels_of(log: Log) -> list[str]:
 def tension_from_ping(log: Log, drive: Machine, *, span: str | None = None, section: int = 0) -> PingTension:
     """Tension of each span from its ping; the drive's is a guess good to a factor of 4.
 
-    ``span``: default: as the channels are called, else the upper one; ``section``: between guided carriages.
+    ``span``: default: as the channels are called, else the first of at most two; ``section``: part between
+    guided carriages.
     Raises `NotComputed` if no tone is found, or the recording has no onset and decay as a ping has.
     """
     if span is not None and span not in drive.spans:
         more = " and more" if len(drive.spans) > 6 else ""
         known = nearest(span[:80], drive.spans) or f": it has {', '.join(drive.spans[:6])}{more}"
         raise InputRefused(f'span "{span[:80]}" is no span of {drive.name}{known}')
-    if isinstance(drive, RoutedDrive):
-        if span is None:
-            names = ", ".join(drive.spans[:6])
-            raise InputRefused(f"--ping: name the span that was plucked with --span, such as {names}")
-        if section:
-            raise InputRefused("--section is for loops and lines: leave it out")
-        return tension_of_route_span(log, drive, span)
-    found: dict[str, SpanTension] = {}
-    for name in channels_of(log):
-        which = span or (name.split("_")[0] if name.split("_")[0] in drive.spans else "upper")
-        found[which] = tension_of_string(log, _of_loop(drive, which, section), name)
+    channels = channels_of(log)
+    named = {own: name for name in channels for own in drive.spans if name.startswith(f"{own}_")}
+    if span is not None:
+        named = {span: named.get(span, channels[0])}
+    elif not named and len(drive.spans) > 2:
+        names = ", ".join(drive.spans[:6])
+        raise InputRefused(f"--ping: name the span that was plucked with --span, such as {names}")
+    named = named or {drive.spans[0]: channels[0]}
+    found = {own: tension_of_string(log, string_of(drive, own, section), name) for own, name in named.items()}
     return PingTension(spans=found, report=log.report)
 
 
-def _of_loop(drive: Drive, span: str, section: int) -> PingedString:
-    """A section of a span of a loop or a line as its ping is read."""
+def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
+    """A span, or its part between guided carriages, as its ping is read: across the plane of the machine."""
+    machine, number = as_machine(drive, turned=True), drive.spans.index(span)
+    way = machine.free_spans[number]
+    rope, speed = machine.ropes[way.route], machine.route[way.route].speed
+    own = [(at, machine.carriage[i]) for i, (on, at) in enumerate(machine.carriage_places) if on == number]
+    cuts = sorted((0.0, *(at for at, carriage in own if carriage.guided), way.length))
+    if not 0 <= section < len(cuts) - 1:
+        raise InputRefused(f"section {section}: the {span} span has {len(cuts) - 1}: count from 0")
+    start, end = cuts[section], cuts[section + 1]
+    loads = sorted((at, carriage.mass) for at, carriage in own if start < at < end)
+    if loads and speed:
+        raise InputRefused(f"span {span} runs and carries a mass: its ping is not read; pluck another span")
+    rest, rigidity = statics_of(machine).stretches[number], rope.axial_rigidity
+    places = (0.0, *sorted(at for at, _ in own))
+    pieces = [piece for piece, at in zip(rest, places, strict=True) if start <= at < end]
+    known = 0.5 * (pieces[0].tensions[0] + pieces[-1].tensions[1])
+    # as the file has the length: between pulleys, or cut and stretched
+    strain = (rope.pretension or 0.0) / rigidity if getattr(drive.layout, "span_length", None) else None
+    length = (end - start) / (1.0 + (strain or 0.0))
+
+    def strings(tension: float, count: int) -> Array:
+        """Frequencies of the limp string between ends at rest, with what hangs on it [Hz]."""
+        stretch, wave = 1.0 + tension / rigidity, rope.wave_speed(tension)
+        longer = 1.0 if strain is None else stretch / (1.0 + strain)
+        if not loads:
+            return (wave**2 - speed**2) / wave / (2.0 * longer * (end - start)) * np.arange(1.0, count + 1.0)
+        chain = Chain(
+            rigidity=tension / stretch,
+            density=rope.density,
+            lengths=np.diff([start, *(at for at, _ in loads), end]) * longer / stretch,
+            masses=np.array([0.0, *(mass for _, mass in loads), 0.0]),
+            fixed=(True, True),
+        )
+        return np.array(section_frequencies(own_chain(chain), count)) / (2.0 * pi)
+
+    first = strings(known, TEETH)
+    part, stiff = (start / way.length, end / way.length), np.ones(TEETH)
+    if rope.bending_stiffness is not None:
+        stiff = _stiffened(drive, span, part, first)
+
+    def tension_for(mode: int, hertz: float) -> float:
+        def above(tension: float) -> float:
+            """What a stiff rope adds falls with the root of the tension."""
+            raised = (stiff[mode - 1] - 1.0) * sqrt(known / tension)
+            return float(strings(tension, mode)[-1]) * (1.0 + raised) - hertz
+
+        low, high = 1e-12 * rigidity, 0.5 * rigidity
+        if speed:
+            low = max(low, (1.0 + 1e-9) * rope.density * speed**2)
+        if above(low) > 0.0 or above(high) < 0.0:
+            raise NotComputed(f"no tension of this rope makes mode {mode} of the {span} span {hertz:.5g} Hz")
+        return float(optimize.brentq(above, low, high, rtol=1e-13, xtol=1e-12))
+
     return PingedString(
         drive=drive,
         span=span,
-        modes=section_modes(drive, span, section),
-        tension_for=lambda number, hertz: tensions_for(drive, [(span, section, number, hertz)])[0],
-        bare=lambda hertz: bare_tension(drive, hertz),
-        remedy="does the other span vibrate? Damp it, or identify both (--span both)",
+        modes=first * stiff,
+        tension_for=tension_for,
+        bare=lambda hertz: 4.0 * rope.density * (length * hertz) ** 2,
+        known=known,
+        raised=float(np.abs(stiff - 1.0).max()),
+        finding=(
+            f"{span}: its modes in the plane of the machine, where its ends may move, were not compared"
+            if sum(own.length for own in machine.free_spans) > MOST_SHORT * (end - start)
+            else _in_plane(drive, span, (first * stiff)[:PARTIALS])
+        ),
     )
 
 
-def bare_tension(drive: Drive, hertz: float) -> float:
-    """What the string formula says of a loop's span with a fundamental [Hz]: length and mass alone [N]."""
-    return 4.0 * drive.cable.mass_per_length * (drive.span_length * hertz) ** 2
+def _stiffened(drive: Machine, span: str, share: tuple[float, float], strings: Array) -> Array:
+    """Each of the first modes of a part of a span, in shares of its length, over that of the limp string."""
+    whole = spectrum_of(drive)[0].network
+    numbers = [i for i, piece in enumerate(whole.pieces) if piece.span == span]
+    parts = [own for own in whole.waves if own.tag in {(i, OUT) for i in numbers}]
+    ropes = [own for own in whole.ropes if own.tags[-1] in {(i, OUT) for i in numbers}]
+    rows = [row for wave in parts for row in wave.rows] + [row for rope in ropes for row in rope.rows]
+    moved = {column for row in rows for column, _ in row}
+    fixed = [own for own in whole.fixed if moved & {column for column, _ in own.row}]
+    length, top = whole.pieces[numbers[-1]].end, 2.0 * pi * float(strings[-1])
+    spectrum = Spectrum(replace(whole, waves=tuple(parts), ropes=tuple(ropes), fixed=tuple(fixed)))
+    for _ in range(6):
+        top *= 1.5
+        listed = [(own.frequency, np.divide(own.section or 0.0, length)) for own in spectrum.below(top)]
+        found = [hertz for hertz, section in listed if np.allclose(section, share)]
+        if len(found) >= TEETH:
+            return np.array(found[:TEETH]) / strings
+    raise NotComputed(f"part of the {span} span: no modes of its own are found: pluck another span")
 
 
-def section_modes(drive: Drive, span: str, section: int, count: int = TEETH) -> Array:
-    """First frequencies of a section of a span, shape (count,) [Hz]."""
-    chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == span]
-    if not 0 <= section < len(chains):
-        raise InputRefused(f"section {section}: the {span} span has {len(chains)}: count from 0")
-    strings = np.array(section_frequencies(chains[section], count)) / (2 * pi)
-    if drive.cable.bending_stiffness is None:
-        return strings
-    part = (chains[section].stretches[0].start, chains[section].stretches[-1].end)
-    even = replace(drive, layout=replace(drive.layout, gravity=0.0))
-    found, below = list[float](), float(strings[-1])
-    while len(found) < count:
-        below *= 1.5
-        across = [own for own in modes(even, below=below).transverse if own.plane == "w"]
-        found = [own.frequency for own in across if own.span == span and own.section == part]
-    return np.array(found[:count])
-
-
-def tensions_for(drive: Drive, wanted: Sequence[tuple[str, int, int, float]]) -> list[float]:
-    """Tensions [N] at which certified modes have frequencies, given as span, section, number, [Hz].
-
-    All spans keep their unstretched lengths; between pulleys at a given distance those of the mean tension.
-    """
-    rigidity, trial, values = drive.cable.axial_rigidity, drive, [drive.cable.pretension] * len(wanted)
-    for _ in range(60):
-        before, values, cable = values, [], trial.cable
-        for span, section, number, hertz in wanted:
-            ratio = hertz / float(section_modes(trial, span, section, number)[-1])
-            reduced = cable.pretension / (1.0 + cable.prestrain) * ratio**2
-            if reduced >= rigidity:
-                raise NotComputed(f"no tension makes mode {number} of the {span} span {hertz:.5g} Hz")
-            values.append(reduced / (1.0 - reduced / rigidity))
-        if np.allclose(values, before, rtol=1e-12, atol=0.0):
-            break
-        trial = replace(drive, cable=replace(drive.cable, pretension=float(np.mean(values))))
-    return values
-
-
-def tension_of_route_span(log: Log, drive: RoutedDrive, span: str) -> PingTension:
-    """Tension of a span of a machine with routes by its ping; its interval covers ratios that change."""
-    number = drive.spans.index(span)
-    tension = float(statics_of(drive).mean[number])
-    string, ratios = _of_route(drive, number, tension)
-    found = tension_of_string(log, string, channels_of(log)[0])
-    coupled = float(np.abs(ratios - 1.0).max())
-    away = abs(found.tension.value / tension - 1.0)
-    extra = 2.0 * coupled * away * found.tension.value / float(stats.norm.ppf(0.975))
-    words = f"the ends of {found.span} move with it: "
-    words += f"its modes are off those of a string between resting ends by up to {100 * coupled:.2g} %"
-    findings = (*found.findings, words) if coupled > COUPLED else found.findings
-    found = replace(found, tension=family_fit.widened(found.tension, extra), findings=findings)
-    return PingTension(spans={span: found}, report=log.report)
-
-
-def _of_route(drive: RoutedDrive, number: int, tension: float) -> tuple[PingedString, Array]:
-    """A span as its ping is read, and its modes over those of a string between resting ends."""
-    span = drive.free_spans[number]
-    rope, speed = drive.ropes[span.route], drive.route[span.route].speed
-    if any(own == number for own, _ in drive.carriage_places):
-        raise InputRefused(f"span {span.name} has a carriage on it: its ping is not read; pluck another span")
-
-    def clamped(own: float) -> float:
-        """Fundamental between resting ends [Hz], which rises with the tension."""
-        wave = rope.wave_speed(own)
-        return (wave**2 - speed**2) / wave / (2.0 * span.length)
-
-    first = clamped(tension)
-    ratios = _ratios(drive, span.name, first)
-
-    def tension_for(mode: int, hertz: float) -> float:
-        wanted, rigidity = hertz / (mode * ratios[mode - 1]), rope.axial_rigidity
-        low, high = 1e-12 * rigidity, 0.5 * rigidity
-        if not clamped(low) < wanted < clamped(high):
-            raise NotComputed(f"no tension of this rope makes its fundamental {wanted:.5g} Hz")
-        return float(optimize.brentq(lambda own: clamped(own) - wanted, low, high, rtol=1e-13, xtol=1e-12))
-
-    return PingedString(
-        drive=drive,
-        span=span.name,
-        modes=first * ratios * np.arange(1, ratios.size + 1),
-        tension_for=tension_for,
-        bare=lambda hertz: rope.density * (2.0 * span.length * hertz) ** 2,
-        remedy="does another span vibrate? Damp it",
-    ), ratios
-
-
-def _ratios(drive: RoutedDrive, span: str, first: float) -> Array:
-    """Each of the first modes of a span in the plane over that of a string between resting ends."""
-    listed = [
+def _in_plane(drive: Machine, span: str, across: Array) -> str:
+    """That a span has other modes in the plane of the machine than across it [Hz]; empty where it has not."""
+    spectrum, top = spectrum_of(drive)[0], 2.2 * pi * float(across[-1])
+    found = [
         mode.frequency
-        for mode in modes(drive, below=(recording.PARTIALS + 0.5) * first).transverse
-        if mode.span == span and mode.plane == "w"
+        for mode in spectrum.below(top)
+        if mode.plane == "w" and mode.strain_by_span.get((span, ACROSS), 0.0) > SHARED
     ]
-    found = []
-    for number in range(1, recording.PARTIALS + 1):
-        near = min(listed, key=lambda own: abs(own - number * first), default=np.inf)
-        if abs(near / (number * first) - 1.0) > ROOM / number:
-            break
-        found.append(near / (number * first))
-    if not found:
-        raise NotComputed(f"span {span} has no first mode of its own near {first:.5g} Hz: pluck another span")
-    return np.array(found)
+    off = float(np.abs(np.append(found, np.inf)[:, None] / across - 1.0).min(axis=0).max())
+    if off <= COUPLED:
+        return ""
+    by = f"by up to {100 * off:.2g} %" if off < ROOM else "by much"
+    said = f"in the plane of the machine its ends move or weights act: its modes there are off {by}"
+    return f"{span}: {said}; the ping is taken for one across that plane"
 
 
 def tensions_of_spans(
