@@ -101,7 +101,7 @@ class Integrated:
 
     def __init__(self, case: Case):
         self.case, self.state, self.work = case, case.first_state(), new_workspace(case.plan)
-        self.fields = np.zeros((0, 3, case.mesh.nodes))
+        self.fields = np.zeros((0, 3, case.nodes))
         self.inputs: tuple = (np.zeros((0, 1)), np.zeros((0, 0)))
 
     def __call__(self, steps: int) -> None:

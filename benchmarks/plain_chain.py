@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from cabledrive.simulation.case import Case
+from cabledrive.simulation.plan import WEIGHT_W
 
 SOURCE = Path(__file__).with_name("plain_chain.c")
 COMPILE = ["gcc", "-O3", "-march=native", "-ffast-math", "-fopt-info-vec", "-fPIC", "-c"]
@@ -28,6 +29,11 @@ def compiled() -> tuple[ctypes.CDLL, int]:
     return ctypes.CDLL(str(folder / "chain.so")), len(places)
 
 
+def rim_masses(case: Case) -> np.ndarray:
+    """Mass that moves with drive rim and load rim, J / r^2 and the half cells [kg]."""
+    return np.diag(case.mesh.mass) / [own.radius**2 for own in case.machine.pulley]
+
+
 class InC:
     """Integrate of the C loop from the start of a case."""
 
@@ -36,21 +42,21 @@ class InC:
         last = case.mesh.spacing.size
         self.rows = [*(np.array(row) for row in state.x), *(np.array(row) for row in state.x_t)]
         self.rows += [np.zeros(last) for _ in range(3)]
-        axial, drive = case.mesh.axial_mass, case.machine
+        drive, masses = case.machine, rim_masses(case)
         numbers = [
             case.mesh.spacing[0],
             case.grid.step,
             case.law.pretension,
             case.law.axial_rigidity,
-            case.mesh.mass[1],
+            case.mesh.cells[1],
             drive.cable.transverse_damping,
             drive.layout.gravity,
-            axial[0],
-            axial[case.mesh.segments],
+            masses[0],
+            masses[1],
             case.torques[0].amplitude / drive.drive_pulley.radius,
             2.0 * np.pi * case.torques[0].frequency,
         ]
-        self.integrate, self.segments = library.integrate, case.mesh.segments
+        self.integrate, self.segments = library.integrate, int(case.mesh.nodes[0, 1])
         self.arguments = [ctypes.c_double(number) for number in numbers]
         self.arguments += [row.ctypes.data_as(ctypes.c_void_p) for row in self.rows]
 
@@ -72,10 +78,10 @@ class InNumpy:
         )
         damped = 0.5 * self.dt * case.machine.cable.transverse_damping
         self.keep = np.array([1.0, *[(1.0 - damped) / (1.0 + damped)] * 2])[:, None]
-        self.kick = np.array([1.0, *[1.0 / (1.0 + damped)] * 2])[:, None] * self.dt / mesh.mass[1]
-        self.fall = np.zeros((3, mesh.nodes - 2))
-        self.fall[2] = self.kick[2] * mesh.weight_w[1:-1]
-        self.n, self.masses = mesh.segments, mesh.axial_mass[[0, mesh.segments]]
+        self.kick = np.array([1.0, *[1.0 / (1.0 + damped)] * 2])[:, None] * self.dt / mesh.cells[1]
+        self.fall = np.zeros((3, mesh.size - 2))
+        self.fall[2] = self.kick[2] * case.plan.node[WEIGHT_W, 1:-1]
+        self.n, self.masses = mesh.nodes[0, 1], rim_masses(case)
         self.torque, self.radius, self.steps = case.torques[0], case.machine.drive_pulley.radius, 0
 
     def __call__(self, steps: int) -> None:

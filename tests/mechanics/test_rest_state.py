@@ -12,12 +12,14 @@ from numpy.testing import assert_allclose
 import cabledrive as cd
 from cabledrive.mechanics import rest_state
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
-from cabledrive.mechanics.mesh import gradients, mesh_of, strain_energy, weight_energy
+from cabledrive.mechanics.mesh import gradients, mesh_of, weights_of
+from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.spans import strings_at_rest
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.route.two_pulleys import as_machine
 from network_samples import hanging_drive
 from oracles.hanging_machine import catenary_sag, parabola_sag
 
@@ -25,13 +27,18 @@ from oracles.hanging_machine import catenary_sag, parabola_sag
 def cable_forces(mesh, law, displacement):
     """Forces of the cable on its nodes along u, v, w [N], (3, nodes), the pretension's own pull left out."""
     components = np.stack(law.excess_components(*gradients(mesh, displacement)))
-    force = np.zeros((3, mesh.nodes))
+    force = np.zeros((3, mesh.size))
     force[:, :-1] += components
     force[:, 1:] -= components
-    if mesh.closed:
+    if len(mesh.pieces) == 2:
         force[:, 0] += force[:, -1]
         force[:, -1] = force[:, 0]
     return force
+
+
+def weighed(drive, mesh):
+    """Weights of the nodes and on the coordinates."""
+    return weights_of(mesh, gravity(as_machine(drive)))
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -40,10 +47,12 @@ def test_a_divided_cable_rests_in_balance(seed):
     drive = hanging_drive(np.random.default_rng(seed), heaviest=2.0, most=3, deepest=np.inf)
     mesh, law = mesh_of(drive, 40), cable_law(drive.cable, list(LAWS)[seed % 4])
     left = cable_forces(mesh, law, equilibrium(drive, mesh, law, hold="drive")[0])
-    left[[0, 2]] += mesh.weight_u, mesh.weight_w
-    left[2, ~mesh.sways] = left[0, [0, -1]] = 0.0
-    if drive.load_pulley.fixed:
-        left[0, mesh.segments] = 0.0
+    weight, on_q = weighed(drive, mesh)
+    left[::2] += weight
+    far = mesh.nodes[0, 1]
+    if not drive.load_pulley.fixed:
+        left[0, far] -= on_q[mesh.names.index("load pulley")] / drive.load_pulley.radius
+    left[2, ~mesh.sways] = left[0, [0, -1, far][: 2 + drive.load_pulley.fixed]] = 0.0
     error = np.abs(left).max() / drive.cable.pretension
     assert error < 1e-10, f"{error:.1e} of the pretension is left, seed {seed}"
 
@@ -120,7 +129,7 @@ def test_a_free_load_pulley_levels_the_tensions_and_held_ones_do_not():
     law, mesh = cable_law(drive.cable), mesh_of(drive, 40)
     free, held = (equilibrium(drive, mesh, law, hold=hold) for hold in ("drive", "both"))
     assert free[1][1] == 0.0
-    assert abs(cable_forces(mesh, law, free[0])[0, mesh.segments]) < 1e-12
+    assert abs(cable_forces(mesh, law, free[0])[0, 40]) < 1e-12
     radius = drive.load_pulley.radius
     assert held[1][1] == pytest.approx(-radius * cable_forces(mesh, law, held[0])[0, 40])
     assert abs(held[1][1]) > 1e-3
@@ -157,26 +166,28 @@ def test_carriages_sit_on_nodes_and_mass_is_conserved(upper, lower, segments):
     drive = replace(DRIVE, carriage=carriages)
     mesh = mesh_of(drive, segments)
     stretch = 1.0 + drive.cable.prestrain
-    for carriage, node in zip(carriages, mesh.carriage_node, strict=True):
-        span = mesh.spans.index(carriage.span)
-        assert mesh.position[span, node - span * mesh.segments] == pytest.approx(carriage.position * stretch)
-        assert mesh.carriage_mass[node] == carriage.mass
+    for carriage, node in zip(carriages, mesh.carriages, strict=True):
+        span = mesh.pieces.index(carriage.span)
+        place = mesh.positions[span][node - mesh.nodes[span, 0]]
+        assert place == pytest.approx(carriage.position * stretch)
+        assert mesh.carried[node] == carriage.mass
     cable = drive.cable.mass_per_length * drive.span_length * 2
-    assert mesh.cable_mass[:-1].sum() == pytest.approx(cable, rel=1e-12)
+    assert mesh.cells.sum() + mesh.half.sum() == pytest.approx(cable, rel=1e-12)
     assert mesh.spacing.sum() == pytest.approx(2 * drive.pulley_distance, rel=1e-12)
-    assert mesh.segments >= max(segments, len(upper) + 1, len(lower) + 1)
+    assert mesh.nodes[0, 1] >= max(segments, len(upper) + 1, len(lower) + 1)
 
 
 def test_gravity_has_the_printed_signs_and_follows_the_slope():
     """(2.26), (2.27): -g on w1, +g on w2; on a slope the rest goes along u, downhill in both spans."""
-    level = mesh_of(DRIVE, 10)
-    assert (level.weight_w[1:10] < 0.0).all()
-    assert (level.weight_w[11:20] > 0.0).all()
-    assert not level.weight_u.any()
-    steep = mesh_of(replace(DRIVE, layout=replace(DRIVE.layout, inclination=pi / 6)), 10)
-    np.testing.assert_allclose(steep.weight_w, level.weight_w * np.cos(pi / 6), rtol=1e-12)
-    np.testing.assert_allclose(steep.weight_u[1:10], level.weight_w[1:10] * 0.5, rtol=1e-12)
-    assert abs(steep.weight_u[0]) < 1e-12 * abs(steep.weight_u[1]), "the half cells at a rim pull apart"
+    mesh, sloped = mesh_of(DRIVE, 10), replace(DRIVE, layout=replace(DRIVE.layout, inclination=pi / 6))
+    (level_u, level_w), _ = weighed(DRIVE, mesh)
+    assert (level_w[1:10] < 0.0).all()
+    assert (level_w[11:20] > 0.0).all()
+    assert not level_u.any()
+    (steep_u, steep_w), on_q = weighed(sloped, mesh)
+    np.testing.assert_allclose(steep_w, level_w * np.cos(pi / 6), rtol=1e-12)
+    np.testing.assert_allclose(steep_u[1:10], level_w[1:10] * 0.5, rtol=1e-12)
+    assert (np.abs(on_q) < 1e-12 * abs(steep_u[1])).all(), "the half cells at a rim pull apart"
 
 
 @pytest.mark.parametrize("name", [name for name, law in LAWS.items() if law.has_potential])
@@ -185,26 +196,18 @@ def test_forces_are_minus_the_derivative_of_the_energy(name, kind):
     """Complex step through every nodal displacement of a small chain."""
     drive = replace(DRIVE, kind=kind)
     mesh, law = mesh_of(drive, 4), cable_law(drive.cable, name)
-    displacement = 1e-3 * np.random.default_rng(2).standard_normal((3, mesh.nodes))
-    if mesh.closed:
+    displacement = 1e-3 * np.random.default_rng(2).standard_normal((3, mesh.size))
+    if kind == "loop":
         displacement[:, -1] = displacement[:, 0]
     force = cable_forces(mesh, law, displacement)
     for axis in range(3):
-        for node in range(mesh.nodes - mesh.closed):
+        for node in range(mesh.size - (kind == "loop")):
             stepped = displacement.astype(complex)
             stepped[axis, node] += 1e-30j
-            if mesh.closed:
+            if kind == "loop":
                 stepped[:, -1] = stepped[:, 0]
-            slope = np.imag(strain_energy(mesh, law, stepped).sum()) / 1e-30
+            slope = np.imag(mesh.spacing @ law.energy_density(*gradients(mesh, stepped))) / 1e-30
             assert force[axis, node] == pytest.approx(-slope, rel=1e-11, abs=1e-11 * law.pretension)
-
-
-def test_weight_energy_falls_as_the_cable_sinks():
-    mesh = mesh_of(DRIVE, 10)
-    displacement = np.zeros((3, mesh.nodes))
-    displacement[2, 1:10] = -1e-3
-    lowered = mesh.density * mesh.spacing[0] * 9 * 9.81 * 1e-3
-    assert weight_energy(mesh, displacement) == pytest.approx(-lowered, rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -88,8 +88,8 @@ def _sines(case, stretches, modes, swaying=False):
     """Nodes inside each stretch, its lowest sines there, shape (modes, nodes), and their wave numbers."""
     mesh = case.mesh
     for span, start, end in stretches:
-        nodes = np.arange(mesh.nodes)[mesh.span_nodes(span)]
-        x = mesh.position[mesh.spans.index(span)]
+        x, first = mesh.positions[mesh.pieces.index(span)], mesh.nodes[mesh.pieces.index(span), 0]
+        nodes = first + np.arange(x.size)
         inside = (x > start + 1e-9) & (x < end - 1e-9) & (mesh.sways[nodes] | (not swaying))
         kappa = np.arange(1, modes + 1) * np.pi / (end - start)
         yield nodes[inside], np.sin(kappa[:, None] * (x[inside] - start)), kappa
@@ -97,8 +97,8 @@ def _sines(case, stretches, modes, swaying=False):
 
 def _floor(case, stretches, floor, modes, rng):
     """Displacement and speed of the floor in the planes v and w, half a step apart as they may be."""
-    place, speed = np.zeros((2, case.mesh.nodes)), np.zeros((2, case.mesh.nodes))
-    law_speed = np.sqrt(case.law.pretension / case.mesh.density)
+    place, speed = np.zeros((2, case.nodes)), np.zeros((2, case.nodes))
+    law_speed = np.sqrt(case.law.pretension / case.mesh.density[0])
     for nodes, sines, kappa in _sines(case, stretches, modes, swaying=True):
         for shape, number in zip(sines, kappa, strict=True):
             for plane in range(2):
@@ -110,7 +110,7 @@ def _floor(case, stretches, floor, modes, rng):
 
 def _advance(case, state, first, last, rest):
     """Move the state in place from record to record; v and w from rest at each, and whether it went slack."""
-    every, width = case.grid.every, case.mesh.nodes
+    every, width = case.grid.every, case.nodes
     if last <= first:
         return np.zeros((0, 2, width)), False
     rows, fields = np.zeros((last - first, width_of(case.plan))), np.full((last - first, 3, width), np.nan)

@@ -1,17 +1,22 @@
 """Drives, settings and random starts on which the compiled integrators are held against readable ones."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
-from cabledrive.mechanics.mesh import mesh_of
+from cabledrive.mechanics.mesh import mesh_of, turns_of
+from cabledrive.mechanics.network.motion import gravity
+from cabledrive.mechanics.statics import angles_of
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.dampers import AS_BENT, AS_STRAIGHT
 from cabledrive.simulation.methods import NAMES, integrate_steps
-from cabledrive.simulation.plan import copy_state, new_state, new_workspace, plan_of
+from cabledrive.simulation.network.mesh import network_plan, straight_ropes
+from cabledrive.simulation.plan import copy_state, new_state, new_workspace
 from cabledrive.simulation.start import Scheme
 
 SEGMENTS, STEPS, EVERY = 7, 36, 6
@@ -66,29 +71,38 @@ def setting(case):
     drive, model, options = CASES[case]
     options = dict(options)
     slack, steep, bent = (options.pop(name, False) for name in ("slack", "steep", "bent"))
+    damping = {name: options.get(name, 0.0) for name in ("transverse_damping", "axial_damping")}
+    drive = replace(drive, cable=replace(drive.cable, **damping))
     mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable, model, tension_only=slack)
     step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
-    damping = options.get("transverse_damping", 0.0), options.get("axial_damping", 0.0)
     smooth = {"friction": "smoothed", "smoothing_speed": 0.1} if "smoothing_speed" in options else {}
-    marks = (("upper", 0.123),), options.get("forces", ())
-    plan = plan_of(mesh, law, step, damping, Scheme(slack="record", **smooth), marks)
+    scheme = Scheme(slack="record", **smooth)
+    plan = loop_plan(drive, mesh, law, step, scheme, (("upper", 0.123),), options.get("forces", ()))
     plan = as_bent(plan) if bent else plan
     rng = np.random.default_rng(11)
     size = np.array([[6e-3 if slack else 2e-4], [2e-3], [2e-3]]) * (60.0 if steep else 1.0)
-    x = size * rng.uniform(-1.0, 1.0, (3, mesh.nodes)) * mesh.spacing.min() * 7.0
-    x_t = rng.uniform(-0.5, 0.5, (3, mesh.nodes))
-    for array in (x, x_t):
-        array[1:, ~mesh.sways] = 0.0
-        for node, shaft in zip(mesh.rims, mesh.shafts, strict=False):
-            array[0, node] *= 0.0 if shaft.fixed else 1.0
-        if mesh.closed:
-            array[:, -1] = array[:, 0]
-    q, q_t = (array[0, [0, SEGMENTS, 0]] for array in (x, x_t))
-    q_t[2] *= mesh.joint is not None
-    start = new_state(plan, x, x_t, q, q_t)
+    x = size * rng.uniform(-1.0, 1.0, (3, mesh.size)) * mesh.spacing.min() * 7.0
+    x_t = rng.uniform(-0.5, 0.5, (3, mesh.size))
+    start = new_state(plan, x, x_t, *(joined(drive, mesh, array) for array in (x, x_t)))
     torque = 0.5 * rng.standard_normal((STEPS, 1))
     forces = rng.standard_normal((STEPS, plan.force.shape[0]))
     return plan, start, torque, forces
+
+
+def loop_plan(drive, mesh, law, step, scheme, probes=(), forces=()):
+    """Plan of a loop or a line that starts straight."""
+    rest = straight_ropes(mesh, gravity(as_machine(drive)))
+    return network_plan(mesh, [law] * len(mesh.pieces), rest, probes, step, scheme, forces)
+
+
+def joined(drive, mesh, x):
+    """Coordinates that follow the rims of displacements, or velocities, which are joined there."""
+    x[1:, ~mesh.sways] = 0.0
+    for node, pulley in zip(mesh.nodes[0], drive.pulley, strict=True):
+        x[0, node] *= 0.0 if pulley.fixed else 1.0
+    if drive.kind == "loop":
+        x[:, -1] = x[:, 0]
+    return np.linalg.lstsq(turns_of(mesh), angles_of(drive, mesh, x))[0]
 
 
 def as_bent(plan):
@@ -109,20 +123,23 @@ def taken(function, plan, start, torque, forces, every=EVERY):
 VERLET, NODE_CENTRED, ENERGY = NAMES
 
 
-def chain_matrices(drive, mesh, stiffness):
-    """Springs, shape (n, n), and masses, shape (n,), of the divided cable's motion along; the rotor last."""
-    nodes = mesh.nodes - mesh.closed
-    pair, square = np.array([[1.0, -1.0], [-1.0, 1.0]]), mesh.shafts[0].radius ** 2
-    springs, mass = np.zeros((nodes, nodes)), mesh.axial_mass[:nodes]
-    for i, k in enumerate(stiffness / mesh.spacing):
-        ends = [i, (i + 1) % nodes]
-        springs[np.ix_(ends, ends)] += k * pair
-    if mesh.joint:
-        springs, mass = np.pad(springs, (0, 1)), np.append(mass, mesh.shafts[2].rim_mass)
-        springs[np.ix_([0, nodes], [0, nodes])] += mesh.joint.stiffness / square * pair
-    if drive.motor is not None and drive.motor.holding_stiffness is not None:
-        rotor = nodes if mesh.joint else 0
-        springs[rotor, rotor] += drive.motor.holding_stiffness / square
+def chain_matrices(mesh, stiffness, axes=(0,)):
+    """Springs and masses of divided ropes, (n, n): nodes along some axes, then coordinates.
+
+    ``stiffness``: of a rope of each piece along every axis.
+    """
+    inner, n = np.flatnonzero(mesh.cells), len(mesh.names)
+    nodes = len(axes) * inner.size
+    springs, mass = np.zeros((nodes + n, nodes + n)), np.zeros((nodes + n, nodes + n))
+    springs[nodes:, nodes:], mass[nodes:, nodes:] = mesh.stiffness, mesh.mass
+    for (k, (first, last)), (number, axis) in product(enumerate(mesh.nodes), enumerate(axes)):
+        own = number * inner.size + np.searchsorted(inner, np.arange(first + 1, last))
+        moves = np.zeros((last - first + 1, nodes + n))
+        moves[1 + np.arange(own.size), own] = 1.0
+        moves[[0, -1], nodes:] = mesh.ends[k, :, axis]
+        stretch = np.diff(moves, axis=0)
+        springs += mesh.ropes[k] * stiffness[k] * (stretch.T / mesh.spacing[first:last]) @ stretch
+        mass[own, own] = mesh.ropes[k] * (mesh.cells + mesh.carried)[first + 1 : last]
     return springs, mass
 
 

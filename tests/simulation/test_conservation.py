@@ -287,7 +287,7 @@ def test_a_motion_turned_round_goes_back_to_where_it_came_from(measured):
 
     def integrate(count):
         torque, forces = case.inputs(0, count)
-        rows, fields = np.zeros((count // every + 1, width_of(case.plan))), np.zeros((0, 3, case.mesh.nodes))
+        rows, fields = np.zeros((count // every + 1, width_of(case.plan))), np.zeros((0, 3, case.nodes))
         given, records = (case.plan, state, work), (rows, fields)
         assert integrate_steps(scheme.method, given, (torque, forces), every, records) == 0
 

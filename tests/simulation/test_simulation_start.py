@@ -35,8 +35,9 @@ from cabledrive.simulation import (
 )
 from cabledrive.simulation.channels import CHANNELS
 from cabledrive.simulation.methods import largest_stable_step
+from cabledrive.simulation.network.case import network_case
 from cabledrive.simulation.signals import checked_signal, signal_of
-from cabledrive.simulation.start import place_at_start
+from cabledrive.simulation.start import loop_at_start
 
 DRIVE, STIFF = load_drive("dissertation-2"), load_drive("dissertation-3")
 LENGTH = DRIVE.pulley_distance
@@ -46,19 +47,19 @@ MOTORED = load_drive("dissertation-3")
 
 def displaced(*plucks, drive=DRIVE, segments=40, **start):
     mesh = mesh_of(drive, segments)
-    return mesh, place_at_start(drive, mesh, cable_law(drive.cable), Start(plucks=plucks, **start))[0]
+    return mesh, loop_at_start(drive, mesh, cable_law(drive.cable), Start(plucks=plucks, **start))[0]
 
 
 @pytest.mark.parametrize(("shape", "waves"), [("half-sine", 1), ("sine-2", 2), ("sine-5", 5)])
 def test_sines_are_the_modes_of_a_string(shape, waves):
     mesh, x = displaced(Pluck(height=2e-3, span="lower", plane="v", shape=shape))
-    np.testing.assert_allclose(x[1, 40:], 2e-3 * np.sin(waves * pi * mesh.position[1] / LENGTH), atol=1e-17)
+    np.testing.assert_allclose(x[1, 40:], 2e-3 * np.sin(waves * pi * mesh.positions[1] / LENGTH), atol=1e-17)
 
 
 def test_a_named_pluck_ends_at_a_guided_carriage():
     """The carriage at a quarter of the span holds it: the triangle reaches from there to the load pulley."""
     mesh, x = displaced(Pluck(height=1e-3), drive=GUIDED)
-    expected = np.interp(mesh.position[0] / LENGTH, [0, 0.25, 0.5, 1], [0, 0, 1, 0])
+    expected = np.interp(mesh.positions[0] / LENGTH, [0, 0.25, 0.5, 1], [0, 0, 1, 0])
     np.testing.assert_allclose(x[2, :41], 1e-3 * expected, atol=1e-17)
 
 
@@ -78,10 +79,23 @@ def test_the_largest_step_is_stable_and_not_far_below_the_limit(
     drive = replace(MOTORED if motored else DRIVE, motor=motor)
     carriages = tuple(Carriage(mass=m, position=p) for m, p in zip(masses, places, strict=False))
     mesh, law = mesh_of(replace(drive, kind=kind, carriage=carriages), segments), cable_law(drive.cable)
-    springs, mass = chain_matrices(drive, mesh, law.stiffness)
-    highest = np.sqrt(eigh(springs, np.diag(mass), eigvals_only=True)[-1])
-    product = highest * largest_stable_step(mesh, law)
+    springs, mass = chain_matrices(mesh, np.full(2, law.stiffness))
+    highest = np.sqrt(eigh(springs, mass, eigvals_only=True)[-1])
+    product = highest * largest_stable_step(mesh, [law] * len(mesh.pieces))
     assert (1.3 if motored else 1.4) < product < 2.0 * (1.0 + 1e-12), f"{product:.3f}"
+
+
+@pytest.mark.parametrize("segments", [3, 12])
+@pytest.mark.parametrize(
+    "name", ["camera-winches", "corexy", "lift-2-to-1", "printer-idlers", "ropeway-towers"]
+)
+def test_the_largest_step_of_a_machine_with_routes_is_stable_and_near_the_limit(name, segments):
+    """Bodies that several ropes hold, short spans between idlers, springs: all axes of all ropes together."""
+    case = network_case(load_drive(name), 1e-3, scheme=Scheme(segments=segments))
+    stiffness = [law.largest_stiffness() for law in case.laws]
+    springs, mass = chain_matrices(case.mesh, stiffness, axes=(0, 1, 2))
+    product = np.sqrt(eigh(springs, mass, eigvals_only=True)[-1]) * case.grid.largest_step
+    assert 1.7 < product < 2.0 * (1.0 + 1e-12), f"{product:.3f}"
 
 
 HELD = replace(DRIVE, pulley=(DRIVE.pulley[0], replace(DRIVE.pulley[1], fixed=True)))
@@ -117,7 +131,10 @@ LINE = replace(DRIVE, kind="line")
         ("needs 3 or more finite numbers", {"pluck": {"shape": [0.0, np.nan, 0.0]}}),
         ("where a pulley or a carriage holds it", {"pluck": {"shape": [0, 1e-3, 1e-3]}}),
         ("drive_speed = nan rad/s must be finite", {"start": {"drive_speed": np.nan}}),
-        ("the load pulley is fixed, so its speed must be 0", {"drive": HELD, "start": {"load_speed": 1.0}}),
+        (
+            'speeds of "load pulley" = -1.0: take one of drive pulley',
+            {"drive": HELD, "start": {"load_speed": 1.0}},
+        ),
         ('"lower" is no span: take one of upper', {"drive": LINE, "pluck": {"span": "lower"}}),
         ("is held by a guided carriage", {"drive": GUIDED, "pluck": {"place": 0.25}}),
         ("force on carriage 0, but the drive has 0", {"forces": [PUSH]}),

@@ -53,11 +53,11 @@ def frequencies_of_the_scheme(drive, segments, step, kind):
     """What leapfrog makes of the chain's own frequencies: sin(w step / 2) = step sqrt(eigenvalue) / 2."""
     mesh, law = mesh_of(drive, segments), cable_law(drive.cable)
     stiffness = law.stiffness if kind == "longitudinal" else law.pretension
-    springs, mass = chain_matrices(drive, mesh, stiffness)
+    springs, mass = chain_matrices(mesh, np.full(2, stiffness))
     if kind == "transverse":
-        sways = np.flatnonzero(mesh.sways[: mesh.nodes - mesh.closed])
-        springs, mass = springs[np.ix_(sways, sways)], mass[sways]
-    eigenvalues = np.maximum(eigh(springs, np.diag(mass), eigvals_only=True), 0.0)
+        sways = np.flatnonzero(np.concatenate([mesh.sways[a + 1 : b] for a, b in mesh.nodes]))
+        springs, mass = springs[np.ix_(sways, sways)], mass[np.ix_(sways, sways)]
+    eigenvalues = np.maximum(eigh(springs, mass, eigvals_only=True), 0.0)
     lowest = np.sqrt(eigenvalues[eigenvalues > 1.0][:12])
     return np.arcsin(0.5 * step * lowest) / (np.pi * step)
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kernel_cases import CARRIAGES, CASES, EVERY, LOOP, SLOPED, as_bent, setting, taken
+from kernel_cases import CARRIAGES, CASES, EVERY, LOOP, SLOPED, as_bent, joined, loop_plan, setting, taken
 from kernel_cases import ENERGY as conserving
 from kernel_cases import NODE_CENTRED as node_centred
 from kernel_cases import VERLET as integrate
@@ -28,7 +28,6 @@ from cabledrive.simulation.plan import (
     moved_by,
     new_state,
     new_workspace,
-    plan_of,
 )
 from cabledrive.simulation.segment_laws import segment_tensions
 from cabledrive.simulation.start import Scheme
@@ -205,14 +204,15 @@ DRIVES = {
 def taut_setting(kind, *, planar, speed):
     """A start in motion; the faster the drive pulley turns, the sooner a span is slack."""
     drive, forces = DRIVES[kind]
+    drive = replace(drive, cable=replace(drive.cable, transverse_damping=20.0, axial_damping=0.0))
     mesh, law = mesh_of(drive, TAUT_SEGMENTS), cable_law(drive.cable)
     step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
-    plan = plan_of(mesh, law, step, (20.0, 0.0), Scheme(slack="record"), ((), forces))
-    x, x_t = np.zeros((3, mesh.nodes)), np.zeros((3, mesh.nodes))
+    plan = loop_plan(drive, mesh, law, step, Scheme(slack="record"), (), forces)
+    x, x_t = np.zeros((3, mesh.size)), np.zeros((3, mesh.size))
     rng = np.random.default_rng(3)
     x[1 if not planar else 2 :, mesh.sways] = 1e-4 * rng.uniform(-1.0, 1.0, (2 - planar, mesh.sways.sum()))
-    x_t[0, 0] = x_t[0, -1 if mesh.closed else 0] = speed
-    start = new_state(plan, x, x_t, np.zeros(3), np.array([x_t[0, 0], 0.0, 0.0]))
+    x_t[0, 0] = speed
+    start = new_state(plan, x, x_t, *(joined(drive, mesh, array) for array in (x, x_t)))
     pushed = 1e-2 * np.sin(np.arange(TAUT_STEPS * len(plan.force))).reshape(TAUT_STEPS, -1)
     return plan, start, 0.2 * np.cos(np.arange(TAUT_STEPS))[:, None], pushed
 

@@ -1,129 +1,251 @@
-r"""The cable divided into segments: nodes that carry mass, segments between them that carry tension.
+r"""Ropes divided into segments: nodes that carry mass, segments between them that carry tension.
 
-Nodes are material points of the cable, numbered round the loop: node 0 is the drive rim, then the upper
-span, then the load rim (node n), then the lower span back to the drive rim. Arrays over nodes have one entry
-more than there are segments; in a loop the last entry is node 0 again. Each carriage sits on a node of its
-own, with equal segments between neighbouring carriages and rims, so that its place costs no accuracy.
+Nodes are material points of the ropes. Those of a loop are numbered round it: node 0 is the drive rim, then
+the upper span, then the load rim, then the lower span back to the drive rim, which is the last node again.
+Each carriage that moves with the rope sits on a node of its own, with equal segments between neighbouring
+carriages and ends, so that its place costs no accuracy.
 
 Displacements are arrays of shape (3, nodes): u, v, w at each node. A segment stores
 :math:`h\,e(u', v', w')` with the differences of its ends as gradients; the forces on the nodes are minus the
 derivative of the sum, so that a law with a potential gives a conservative chain.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from math import exp
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.cable_law import Array, CableLaw, Components
-from cabledrive.mechanics.holding import Joint, Shaft, joint_of, shafts_of
+from cabledrive.mechanics.cable_law import Components
+from cabledrive.mechanics.chain import MOTOR_JOINT
+from cabledrive.mechanics.network import Network, network_of
+from cabledrive.mechanics.network.assembly import turns_by_torque
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion
+from cabledrive.mechanics.network.pieces import Piece, carriage_at
+from cabledrive.mechanics.network.span_table import next_span
+from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine
 
 FEWEST_SEGMENTS = 3
 MOST_SEGMENTS = 1_000_000
 
+Divided = tuple[Sequence[str], Any, Any, NDArray[np.bool_]]
+"""Names of spans, distances of their nodes from their starts, first and last node, nodes that are held."""
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+
+class Wrap(NamedTuple):
+    r"""A wrap on which the rope slips where :math:`T_1 > T_2 e^{\mu\varphi}`."""
+
+    name: str  # of the pulley
+    before: int  # piece of rope that meets it
+    behind: int  # piece of rope that leaves it
+    factor: float  # e^(mu phi) - 1: largest friction per tension of the slacker side
+    ropes: int
+
+
+def wraps_of(network: Network) -> tuple[Wrap, ...]:
+    """Wraps of all pulleys with a friction coefficient, those at the ends of a route left out."""
+    drive, found = network.drive, []
+    pieces = [piece.span for piece in network.pieces]
+    for number, span in enumerate(drive.free_spans):
+        if span.wrap is None or span.end.pulley is None:
+            continue
+        pulley = drive.pulley[span.end.pulley]
+        if pulley.capstan_friction is None:
+            continue
+        before = len(pieces) - 1 - pieces[::-1].index(number)
+        factor = exp(pulley.capstan_friction * span.wrap) - 1.0
+        ropes = drive.route[span.route].ropes
+        found.append(Wrap(pulley.name, before, pieces.index(next_span(drive, number)), factor, ropes))
+    return tuple(found)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Mesh:
-    """A drive in n segments per span, joined at the rims as Eqs. (2.29) and (2.30) say.
+    """Pieces of rope in segments between coordinates q, which join their ends, Eqs. (2.29) and (2.30).
 
-    Lengths and masses are per pretensioned metre.
+    Between the joints of a piece, its ends and the carriages that move with it, segments are of equal length.
     """
 
-    spans: tuple[str, ...]  # names of the spans
-    closed: bool  # whether the spans form a loop
-    segments: int  # segments per span, n; at least one between neighbouring carriages
-    position: Array
-    """(spans, n + 1): distance of the nodes of each span from the pulley at which the span starts [m]."""
-    spacing: Array  # (spans * n,): length of each segment [m]
-    density: float  # mass of the cable per pretensioned metre [kg/m]
-    cable_mass: Array
-    """(spans * n + 1,): cable that belongs to each node, half of each neighbouring segment [kg]."""
-    carriage_mass: Array  # (spans * n + 1,): carriage at each node [kg]
-    weight_u: Array  # (spans * n + 1,): of cable and carriage along u [N]; sign of (2.26)
-    weight_w: Array  # (spans * n + 1,): along w [N]; sign of (2.27)
-    sways: NDArray[np.bool_]
-    """(spans * n + 1,): whether a node moves transversely: neither rims nor guided carriages do."""
-    carriage_node: NDArray[np.intp]  # node of each carriage, in the order of the drive file
-    shafts: tuple[Shaft, ...]  # drive pulley, load pulley, and the motor if its joint is flexible
-    joint: Joint | None  # the flexible joint
+    network: Network
+    wraps: tuple[Wrap, ...]
+    names: tuple[str, ...]  # of the coordinates; "slip at NAME" where the rope may slide on a pulley
+    pieces: tuple[str, ...]  # names: the span's, with a number where carriages cut it
+    parts: tuple[tuple[Piece, ...], ...]  # of the network: what each piece consists of
+    nodes: Integers  # (pieces, 2): first and last node
+    positions: list[Array]  # distances of the nodes of each piece from its start [m]
+    spacing: Array  # (nodes - 1,): 0 between pieces [m]
+    density: Array  # (pieces,) [kg/m]
+    tension: Array  # (pieces,): of its law's reference, of one rope [N]
+    rigidity: Array  # (pieces,): EA of one rope [N]
+    ropes: Array  # (pieces,)
+    cells: Array  # (nodes,): rope of each node, 0 at the ends of pieces [kg]
+    carried: Array  # (nodes,): carriages that move with the rope [kg]
+    carriages: Integers  # (number,): node of each of them, in the order of the file
+    sways: NDArray[np.bool_]  # (nodes,): whether a node moves across: neither ends nor guided carriages do
+    half: Array  # (pieces, 2): half cells of all ropes at both ends [kg]
+    ends: Array  # (pieces, 2, 3, n): rows u, v, w of start and end
+    mass: Array  # (n, n): of the coordinates, with the half cells at the ends
+    stiffness: Array  # (n, n): springs and turning bodies
+    damping: Array  # (2, n, n): bearings and bodies, with the half cells across; joints of motors
+    driven: tuple[str, ...]  # pulleys of the motors; the first of the file where there is none
+    motor: Array  # (motors, n): turn of each rotor
 
     @property
-    def nodes(self) -> int:
-        """Entries of an array over nodes."""
-        return self.spacing.size + 1
+    def size(self) -> int:
+        """Number of nodes."""
+        return self.cells.size
 
     @property
-    def rims(self) -> tuple[int, int]:
-        """Nodes of drive rim and load rim."""
-        return 0, self.segments
+    def length(self) -> Array:
+        """Length of each piece under the tension of its law's reference, (pieces,) [m]."""
+        return np.array([own[-1] for own in self.positions])
 
     @property
-    def mass(self) -> Array:
-        """Mass that moves with each node along u, without the pulleys [kg]."""
-        return self.cable_mass + self.carriage_mass
+    def spans(self) -> Divided:
+        """Its pieces as plucks and probes take them."""
+        return self.pieces, self.positions, self.nodes, ~self.sways
 
-    @property
-    def axial_mass(self) -> Array:
-        """Mass that moves with each node along u: at the rims J/r^2 and the half cells [kg]."""
-        mass = self.mass
-        for node, shaft in zip(self.rims, self.shafts, strict=False):
-            mass[node] += shaft.rim_mass
-        if self.closed:
-            mass[-1] = mass[0]
-        return mass
 
-    def span_nodes(self, span: str) -> slice:
-        """Nodes of a span, its two rims included."""
-        start = self.spans.index(span) * self.segments
-        return slice(start, start + self.segments + 1)
+def divided(network: Network, segments: int, *, straight: bool = False) -> Mesh:
+    """Divide the spans of a machine; ``segments``: of the longest piece, others in proportion.
+
+    ``straight``: pieces are whole spans with carriages on their nodes, under the pretension of the file, and
+    share the nodes at pulleys between them; else carriages are coordinates, and cut pieces under their mean
+    tension at rest.
+    """
+    check_segments(segments, fewest=FEWEST_SEGMENTS if straight else 2)
+    drive, wraps = network.drive, () if straight else wraps_of(network)
+    both = groupby(enumerate(network.pieces), key=lambda own: own[1].span if straight else own[0])
+    parts = tuple(tuple(piece for _, piece in own) for _, own in both)
+    ropes = [own[0].rope for own in parts]
+    chord = np.array([sum(piece.length for piece in own) for own in parts])
+    tension = np.array([0.5 * (own[0].start_tension + own[-1].end_tension) for own in parts])
+    if straight:
+        tension = np.array([rope.pretension for rope in ropes])
+    rigidity = np.array([rope.axial_rigidity for rope in ropes])
+    fewest = np.array([len(own) for own in parts])
+    count = np.rint(max(segments, fewest.max()) * chord / chord.max()).astype(np.int64)
+    count, stretch = np.maximum(count, fewest), 1.0 + tension / rigidity
+    last = np.cumsum(count) if straight else np.cumsum(count + 1) - 1
+    nodes = np.stack([last - count, last], axis=1)
+    density = np.array([rope.density for rope in ropes]) / stretch
+    lines = np.array([own[0].route.ropes for own in parts], dtype=np.float64)
+    positions, found, carriages = [], np.zeros((3, last[-1] + 1)), {}
+    spacing, cells, carried = found[0, :-1], found[1], found[2]
+    sways = ~np.isin(np.arange(cells.size), nodes)
+    for k, (first, own) in enumerate(zip(nodes[:, 0], parts, strict=True)):
+        joints = np.append(0.0, np.cumsum([stretch[k] * piece.rest.length for piece in own]))
+        counts = shared_out(np.diff(joints), count[k])
+        gaps = zip(joints[:-1], joints[1:], counts, strict=True)
+        places = [a + (b - a) * np.arange(n) / n for a, b, n in gaps]
+        positions.append(np.concatenate([*places, joints[-1:]]))
+        for piece, node in zip(own[1:], (first + np.cumsum(counts)).tolist(), strict=False):
+            number = carriage_at(drive, piece)
+            carriages[number], carried[node] = node, drive.carriage[number].mass
+            sways[node] = not drive.carriage[number].guided
+        h = np.diff(positions[k])
+        spacing[first : first + h.size] = h
+        cells[first + 1 : first + h.size] = 0.5 * density[k] * (h[1:] + h[:-1])
+    half = 0.5 * (lines * density)[:, None] * spacing[nodes - (0, 1)]
+    moved, n = len(network.motion.names), len(network.motion.names) + len(wraps)
+    ends = np.zeros((len(parts), 2, 3, n))
+    for k, own in enumerate(parts):
+        for axis, way in enumerate((ALONG, OUT_OF_PLANE, ACROSS)):
+            ends[k, :, axis, :moved] = network.motion.dense(own[0].rows[way][0], own[-1].rows[way][1])
+    for number, wrap in enumerate(wraps, start=moved):  # a rope that slips moves the ends on both its sides
+        ends[wrap.before, 1, 0, number] = ends[wrap.behind, 0, 0, number] = 1.0
+    dampers, padded = network.dampers, (0, len(wraps))
+    joint = np.array([name == MOTOR_JOINT for name in dampers.names], dtype=bool)
+    shares = [dampers._replace(values=np.where(joint == own, dampers.values, 0.0)) for own in (False, True)]
+    damping = np.stack([np.pad(own.matrix, padded) for own in shares])
+    dragged = half * np.array([[rope.transverse_damping] for rope in ropes])
+    damping[0] += np.einsum("ks,ksxi,ksxj->ij", dragged, ends[:, :, 1:], ends[:, :, 1:])
+    return Mesh(
+        network=network,
+        wraps=wraps,
+        names=(*network.motion.names, *(f"slip at {wrap.name}" for wrap in wraps)),
+        pieces=tuple(own[0].where.name for own in parts) if straight else piece_names(network),
+        parts=parts,
+        nodes=nodes,
+        positions=positions,
+        spacing=spacing,
+        density=density,
+        tension=tension,
+        rigidity=rigidity,
+        ropes=lines,
+        cells=cells,
+        carried=carried,
+        carriages=np.array([carriages[number] for number in sorted(carriages)], dtype=np.int64),
+        sways=sways,
+        half=half,
+        ends=ends,
+        mass=np.pad(network.masses.matrix, padded) + np.einsum("ks,ksxi,ksxj->ij", half, ends, ends),
+        stiffness=np.pad(network.springs.matrix + network.geometric, padded),
+        damping=damping,
+        driven=tuple(drive.pulley[number].name for number in drive.turned),
+        motor=np.pad(turns_by_torque(network), ((0, 0), padded)),
+    )
+
+
+SHAFTS = (*NAMES, f"rotor of {NAMES[0]}")
+"""Coordinates of a loop or a line, where they move: drive pulley, load pulley, motor on a flexible joint."""
 
 
 def mesh_of(drive: Drive, segments: int) -> Mesh:
-    """Divide the cable of a drive into segments, one per gap at least where carriages stand close.
+    """Divide the straight cable of a loop or a line into segments, one per gap at least between carriages.
 
     Refused: too few segments, or too many to be stored.
     """
-    check_segments(segments)
-    stretch, stops = drive.pulley_distance / drive.span_length, []
-    for span in drive.spans:  # places where there must be a node: rims and carriages
-        carried = [carriage.position * stretch for carriage in drive.carriages_on(span)]
-        stops.append(np.array([0.0, *carried, drive.pulley_distance]))
-    segments = max(segments, *(len(stop) - 1 for stop in stops))
-    places, node = [], {}
-    for number, (span, stop) in enumerate(zip(drive.spans, stops, strict=True)):
-        counts = _share_out(np.diff(stop), segments)
-        parts = zip(stop[:-1], stop[1:], counts, strict=True)
-        places.append(np.concatenate([a + (b - a) * np.arange(n) / n for a, b, n in parts] + [stop[-1:]]))
-        joints = np.cumsum(counts)[:-1] + number * segments
-        for carriage, place in zip(drive.carriages_on(span), joints, strict=True):
-            node[carriage.span, carriage.position] = place
-    position = np.array(places)
-    carriage_node = np.array([node[own.span, own.position] for own in drive.carriage], dtype=np.intp)
-    density = drive.cable.stretched_mass_per_length
-    nodes = segments * len(drive.spans) + 1
-    carriage_mass = np.zeros(nodes)
-    carriage_mass[carriage_node] = [carriage.mass for carriage in drive.carriage]
-    cable_mass, (weight_u, weight_w) = _cells(drive, position, density, carriage_mass)
-    sways = np.ones(nodes, dtype=bool)
-    sways[::segments] = False
-    sways[carriage_node[[carriage.guided for carriage in drive.carriage]]] = False
-    return Mesh(
-        spans=drive.spans,
-        closed=drive.kind == "loop",
-        segments=segments,
-        position=position,
-        spacing=np.diff(position, axis=1).ravel(),
-        density=density,
-        cable_mass=cable_mass,
-        carriage_mass=carriage_mass,
-        weight_u=weight_u,
-        weight_w=np.where(sways, weight_w, 0.0),
-        sways=sways,
-        carriage_node=carriage_node,
-        shafts=shafts_of(drive),
-        joint=joint_of(drive),
+    machine = as_machine(replace(drive, layout=replace(drive.layout, gravity=0.0)))
+    carried = [Motion(machine).carriage_name(number) for number in range(len(machine.carriage))]
+    mesh = divided(network_of(machine, hold=carried), segments, straight=True)
+    return replace(mesh, pieces=drive.spans, motor=SENSE * mesh.motor)
+
+
+def turns_of(mesh: Mesh) -> Array:
+    """Angles of drive pulley, load pulley and motor of a loop or a line by its coordinates, (3, n)."""
+    units = {name: SENSE * row for name, row in zip(mesh.names, np.eye(len(mesh.names)), strict=True)}
+    drive, load = (units.get(name, np.zeros(len(mesh.names))) for name in NAMES)
+    return np.stack([drive, load, units.get(SHAFTS[2], drive)])
+
+
+def gradients(mesh: Mesh, displacement: Array) -> Components:
+    """Displacement gradients u', v', w' of the segments [-] from displacements, shape (3, nodes) [m]."""
+    u_x, v_x, w_x = np.diff(displacement, axis=1) / mesh.spacing
+    return u_x, v_x, w_x
+
+
+def weights_of(mesh: Mesh, g: Array) -> tuple[Array, Array]:
+    """Weights of the nodes of one rope, (2, nodes), and of their ends on q, (n,), Eqs. (2.26) and (2.27) [N].
+
+    Along and across; ``g``, (2,): gravity in the plane of the machine [m/s^2].
+    """
+    weight, frames = (
+        np.zeros((2, mesh.size)),
+        [(own[0].where.along, own[0].where.across) for own in mesh.parts],
+    )
+    pull = np.array(frames) @ g
+    pull[np.abs(pull) <= 1e-12 * np.abs(pull).max()] = 0.0
+    for own, (first, last) in zip(pull, mesh.nodes, strict=True):
+        weight[:, first:last] = np.outer(own, (mesh.cells + mesh.carried)[first:last])
+    weight[1] *= mesh.sways  # a rail bears what is guided
+    return weight, np.einsum("ks,kx,ksxn->n", mesh.half, pull, mesh.ends[:, :, ::2])
+
+
+def piece_names(network: Network) -> tuple[str, ...]:
+    """Names of the pieces of rope: the span's, with a number where carriages cut it."""
+    spans = [piece.span for piece in network.pieces]
+    return tuple(
+        f"{piece.where.name}, part {spans[: k + 1].count(piece.span)}"
+        if spans.count(piece.span) > 1
+        else piece.where.name
+        for k, piece in enumerate(network.pieces)
     )
 
 
@@ -139,7 +261,7 @@ def check_segments(segments: int, fewest: int = FEWEST_SEGMENTS) -> None:
         raise InputRefused(f"segments = {segments} per span, at most {MOST_SEGMENTS} are taken: give fewer")
 
 
-def _share_out(gaps: Array, segments: int) -> NDArray[np.intp]:
+def shared_out(gaps: Array, segments: int) -> NDArray[np.intp]:
     """Segments for each gap, at least one, as equal in length as can be."""
     count = np.maximum(1, np.rint(segments * gaps / gaps.sum())).astype(np.intp)
     while count.sum() < segments:
@@ -147,47 +269,3 @@ def _share_out(gaps: Array, segments: int) -> NDArray[np.intp]:
     while count.sum() > segments:
         count[np.argmin(np.where(count > 1, gaps / np.maximum(count - 1, 1), np.inf))] -= 1
     return count
-
-
-def _cells(
-    drive: Drive, position: Array, density: float, carriage_mass: Array
-) -> tuple[Array, tuple[Array, Array]]:
-    """Cable mass of each node, and its weight along u and w with the signs of Eqs. (2.26) and (2.27).
-
-    A rim node has half a cell in each span.
-    """
-    pull = np.array([drive.layout.gravity_along, drive.layout.gravity_across])
-    cable_mass = np.zeros(carriage_mass.size)
-    weight = np.zeros((2, carriage_mass.size))
-    segments = position.shape[1] - 1
-    for number, places in enumerate(position):
-        half = 0.5 * density * np.diff(places)
-        cell = np.concatenate(([0.0], half)) + np.concatenate((half, [0.0]))
-        here = slice(number * segments, (number + 1) * segments + 1)
-        cable_mass[here] += cell
-        downwards = -1.0 if number == 0 else 1.0  # u and w of the lower span point the other way
-        weight[:, here] += downwards * pull[:, None] * (cell + carriage_mass[here])
-    if drive.kind == "loop":
-        for array in (cable_mass, weight[0], weight[1]):
-            array[0] += array[-1]
-            array[-1] = array[0]
-    return cable_mass, (weight[0], weight[1])
-
-
-def gradients(mesh: Mesh, displacement: Array) -> Components:
-    """Displacement gradients u', v', w' of the segments [-] from displacements, shape (3, nodes) [m]."""
-    u_x, v_x, w_x = np.diff(displacement, axis=1) / mesh.spacing
-    return u_x, v_x, w_x
-
-
-def strain_energy(mesh: Mesh, law: CableLaw, displacement: Array) -> Array:
-    """Elastic energy of each span [J] above the straight pretensioned cable; u, v, w, (3, nodes) [m]."""
-    density = law.energy_density(*gradients(mesh, displacement))
-    return np.sum((density * mesh.spacing).reshape(len(mesh.spans), -1), axis=1)
-
-
-def weight_energy(mesh: Mesh, displacement: Array) -> float:
-    """Potential energy of the weight [J], zero for the straight cable; u, v, w, (3, nodes) [m]."""
-    last = -1 if mesh.closed else None
-    lowered = mesh.weight_u * displacement[0] + mesh.weight_w * displacement[2]
-    return -float(np.sum(lowered[:last]))

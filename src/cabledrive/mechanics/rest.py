@@ -22,7 +22,6 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import at_rest
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 
 
@@ -107,19 +106,13 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
     return _kept_state(drive, at_torque)
 
 
-def level_machine(drive: Drive) -> RoutedDrive:
-    """A drive as a machine with routes whose pulleys have one radius: its spans lie along their line."""
-    radius = drive.drive_pulley.radius
-    return as_machine(replace(drive, pulley=tuple(replace(own, radius=radius) for own in drive.pulley)))
-
-
 @lru_cache(maxsize=64)
 def _kept_state(drive: Drive, at_torque: float) -> RestState:
-    radius, machine = drive.drive_pulley.radius, level_machine(drive)
+    radius, machine = drive.drive_pulley.radius, as_machine(drive)
     driven, load = NAMES
     motion, torques = Motion(machine, hold=(driven,)), {}
     if at_torque and not drive.load_pulley.fixed:
-        torques = {NAMES.index(load): at_torque}
+        torques = {NAMES.index(load): at_torque * drive.load_pulley.radius / radius}
     stretches, _ = at_rest(machine, motion, torques)
     if at_torque and drive.load_pulley.fixed:
         # the drive pulley turns until its torque is that of rest and the given one

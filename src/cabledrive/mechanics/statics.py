@@ -17,11 +17,10 @@ from cabledrive.mechanics.mesh import Mesh
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.rest_forces import MOST_STEPS, RestingStretch, Ropes
 from cabledrive.mechanics.network.statics import at_rest
-from cabledrive.mechanics.rest import level_machine
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import NAMES
+from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 
 
 def hanging_gradients(law: CableLaw, along: Array, across: Array) -> tuple[Array, Array]:
@@ -84,17 +83,16 @@ def equilibrium(
 
     if hold not in ("none", "drive", "both"):
         raise InputRefused(f'hold = "{hold}" is not one of its values: write "none", "drive" or "both"')
-    rigid_load = mesh.shafts[1].fixed or hold == "both"
+    rigid_load, radius = drive.load_pulley.fixed or hold == "both", drive.drive_pulley.radius
     held = replace(drive, pulley=(drive.drive_pulley, replace(drive.load_pulley, fixed=rigid_load)))
-    machine, radius, n = level_machine(held), mesh.shafts[0].radius, mesh.segments
-    count = np.diff(np.unique([*range(0, mesh.nodes, n), *mesh.carriage_node]))
-    taut = taut_law(law)
+    machine, taut, closed = as_machine(held), taut_law(law), drive.kind == "loop"
+    count = np.diff(np.unique([*mesh.nodes.ravel(), *mesh.carriages]))
 
     def divide(ropes: Ropes) -> DividedRopes:
         own = {field.name: getattr(ropes, field.name) for field in fields(ropes)}
         return DividedRopes(**own, law=taut, count=count)
 
-    behind = 0.0 if mesh.closed else law.pretension
+    behind = 0.0 if closed else law.pretension
 
     def hung(torque: float | None) -> tuple[Array, float, float]:
         """Displacements from those of the drive pulley; pulls of the cable on both rims [N]."""
@@ -106,16 +104,16 @@ def equilibrium(
         if law.tension_only and min(piece.lowest_tension for piece in pieces) <= 0.0:
             raise NotComputed("no equilibrium: a piece of the cable hangs slack; raise cable.pretension")
         carried = np.hstack([segment_forces(*both) for both in zip(pieces, count.tolist(), strict=True)])
-        x = np.zeros((3, mesh.nodes))
+        x = np.zeros((3, mesh.size))
         x[::2, 1:] = np.cumsum(np.stack(hanging_gradients(taut, *carried)) * mesh.spacing, axis=1)
         x[2, ~mesh.sways] = 0.0
         last = stretches[-1]
-        at_load, at_drive = (last[0].force[0], last[-1].end_force[0]) if mesh.closed else (behind, behind)
+        at_load, at_drive = (last[0].force[0], last[-1].end_force[0]) if closed else (behind, behind)
         return x, stretches[0][0].force[0] - at_drive, at_load - stretches[0][-1].end_force[0]
 
-    spring = rotor_stiffness(mesh) if hold == "none" else 0.0
+    spring = rotor_stiffness(drive) if hold == "none" else 0.0
     x, pull, load_pull = hung(None)
-    loose = hold == "none" and not mesh.shafts[0].fixed and not rigid_load and spring == 0.0
+    loose = hold == "none" and not drive.drive_pulley.fixed and not rigid_load and spring == 0.0
     if loose and abs(pull) > 1e-9 * law.pretension:
         raise InputRefused(
             f"gravity turns the free pulleys: {-pull * radius:.4g} N m would hold them; hold the drive pulley"
@@ -124,7 +122,10 @@ def equilibrium(
         whole = pull
         try:
             pull *= newton(
-                lambda s: s + spring * hung(-s * whole * radius)[0][0, n] / whole, 1.0, x1=0.5, tol=1e-12
+                lambda s: s + spring * hung(-s * whole * radius)[0][0, mesh.nodes[0, 1]] / whole,
+                1.0,
+                x1=0.5,
+                tol=1e-12,
             )
         except RuntimeError:
             raise NotComputed(
@@ -132,15 +133,20 @@ def equilibrium(
             ) from None
         x, _, load_pull = hung(-pull * radius)
     x[0] += pull / spring if spring else 0.0
-    torque = -load_pull * mesh.shafts[1].radius if rigid_load else 0.0
+    torque = -load_pull * drive.load_pulley.radius if rigid_load else 0.0
     return x, (0.0 if loose else -pull * radius, torque)
 
 
-def rotor_stiffness(mesh: Mesh) -> float:
+def rotor_stiffness(drive: Drive) -> float:
     """What holds the drive rim [N/m]: the holding stiffness in series with the motor's joint; 0: nothing."""
-    rotor = mesh.shafts[2] if mesh.joint is not None else mesh.shafts[0]
-    holding = rotor.holding_stiffness / rotor.radius**2
-    if mesh.joint is None or holding == 0.0:
-        return holding
-    joint = mesh.joint.stiffness / rotor.radius**2
-    return joint * holding / (joint + holding)
+    motor = drive.motor
+    if motor is None or not motor.holding_stiffness:
+        return 0.0
+    joint = 0.0 if motor.joint_stiffness is None else 1.0 / motor.joint_stiffness
+    return 1.0 / (1.0 / motor.holding_stiffness + joint) / drive.drive_pulley.radius**2
+
+
+def angles_of(drive: Drive, mesh: Mesh, x: Array) -> Array:
+    """Angles of drive pulley, load pulley and motor that follow displacements of the rims, (3,) [rad]."""
+    start, end = x[0, mesh.nodes[0]]
+    return np.array([start, end, start]) / [own.radius for own in (*drive.pulley, drive.drive_pulley)]

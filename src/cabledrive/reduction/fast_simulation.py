@@ -25,7 +25,7 @@ from cabledrive.simulation.keeping import MOST_MEMORY, RESULT, part_of
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import Function, checked_signal
-from cabledrive.simulation.start import place_at_start, velocity_at_start
+from cabledrive.simulation.start import loop_at_start
 
 SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
 
@@ -314,22 +314,21 @@ def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[A
         raise InputRefused(
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
         )
-    place, _ = place_at_start(drive, mesh, cable_law(drive.cable), start)
-    speed = velocity_at_start(mesh, start)
+    place, speed, _, _ = loop_at_start(drive, mesh, cable_law(drive.cable), start)
     sines = [_sines(mesh, field, model.slopes.size) for field in (place, speed)]
     moving = 4 if any(np.any(part[2:]) for part in sines) else 2
     first = drive.drive_pulley.radius
     shapes = model.motions * np.array([[first], [drive.load_pulley.radius], [first]])
     along = []
     for field in (place, speed):
-        rims = field[0, [0, mesh.segments]]
+        rims = field[0, mesh.nodes[0]]
         along.append(np.linalg.lstsq(shapes, np.append(rims, rims[0]), rcond=None)[0])
     return along[0], along[1], sines[0][:moving].copy(), sines[1][:moving].copy()
 
 
 def _sines(mesh: Mesh, field: Array, count: int) -> Array:
     """Sine amplitudes of w on both spans, then of v, shape (4, count)."""
-    n = mesh.segments
+    n = mesh.nodes[0, 1]
     basis = np.sin(np.outer(np.arange(1, count + 1), np.arange(n + 1)) * pi / n)
-    spans = np.stack([field[:, mesh.span_nodes(span)] for span in mesh.spans])
+    spans = np.stack([field[:, first : last + 1] for first, last in mesh.nodes])
     return np.concatenate([2.0 / n * spans[:, plane] @ basis.T for plane in (2, 1)])

@@ -6,6 +6,7 @@ from math import ceil, pi
 import numpy as np
 from scipy.linalg import eigh
 
+from cabledrive.mechanics.mesh import piece_names
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import dynamic_stiffness, rotor_turn
 from cabledrive.mechanics.network.motion import Row
@@ -19,7 +20,6 @@ from cabledrive.reduction.network_chain import coupled_modes
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, numbers_of
 from cabledrive.reduction.uniform_tension import uniform_tension_model
 from cabledrive.simulation.network.case import slides
-from cabledrive.simulation.network.mesh import piece_names
 
 DEFAULT_RATE = 1000.0
 """Of a drive without sensors [Hz]."""

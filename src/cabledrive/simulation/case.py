@@ -10,21 +10,32 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.mechanics.mesh import Mesh, mesh_of, strain_energy, weight_energy
-from cabledrive.mechanics.statics import equilibrium
+from cabledrive.mechanics.mesh import SHAFTS, Mesh, gradients, mesh_of, turns_of
+from cabledrive.mechanics.network.motion import gravity
+from cabledrive.mechanics.statics import angles_of, equilibrium
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.channels import AXIAL, CHANNELS, COLUMN, WEIGHT_ENERGY, WIDTH, probe_columns
+from cabledrive.simulation.channels import (
+    AXIAL,
+    CHANNELS,
+    COLUMN,
+    TALLIES,
+    WEIGHT_ENERGY,
+    WIDTH,
+    probe_columns,
+)
 from cabledrive.simulation.error_estimate import ErrorEstimate, estimated_errors
 from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.methods import check_method, largest_stable_step, time_grid
+from cabledrive.simulation.network.mesh import network_plan, straight_ropes
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
-from cabledrive.simulation.plan import State, new_state, plan_of
+from cabledrive.simulation.plan import State, new_state
 from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces, checked_signal
-from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, place_at_start, velocity_at_start
+from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, loop_at_start
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,27 +62,24 @@ class Case(RopeRun):
 
     def columns(self, found: Array) -> Array:
         """The columns of a loop or a line, from what the kernels record; the half cells at rims are cable."""
-        plan, mesh, spans = self.plan, self.mesh, len(self.mesh.spans)
-        middle = 5 * spans + 3 * len(plan.probe)
-        energies, tallies, balance, q, q_t, torque = np.split(found[:, middle:], [3, 10, 11, 14, 17], axis=1)
-        radius = np.array([own.radius for own in (*mesh.shafts, mesh.shafts[0])[:3]])
-        rim = np.array([own.rim_mass for own in mesh.shafts] + [0.0])[:3]
+        plan, mesh, spans, n = self.plan, self.mesh, len(self.mesh.pieces), len(self.mesh.names)
+        middle, turns = 5 * spans + 3 * len(plan.probe), turns_of(mesh)
+        edges = np.cumsum([3, TALLIES, 1, n, n])
+        energies, tallies, balance, q, q_t, torque = np.split(found[:, middle:], edges, axis=1)
         rows, place = np.zeros((len(found), self.width)), COLUMN["drive_angle"]
-        for first, values in ((place, q), (place + 3, q_t)):
-            rows[:, first : first + 3] = values / radius
-            if mesh.joint is None:
-                rows[:, first + 2] = rows[:, first]
+        rows[:, place : place + 6] = np.hstack([q @ turns.T, q_t @ turns.T])
         rows[:, COLUMN["torque"]] = torque[:, 0]
         names = ("mean_tension", "least_tension", "axial_energy", "transverse_energy", "strain_energy")
         for k, name in enumerate(names):
             rows[:, COLUMN[f"{name}_upper"] + np.arange(spans)] = found[:, k * spans : (k + 1) * spans]
         for span in range(spans):
-            h = mesh.spacing[[span * mesh.segments, (span + 1) * mesh.segments - 1]]
-            rows[:, AXIAL + span] += 0.25 * mesh.density * q_t[:, [span, 1 - span]] ** 2 @ h
-        shafts = COLUMN["drive_energy"]
-        rows[:, shafts : shafts + 3] = 0.5 * rim * q_t**2
-        rows[:, COLUMN["joint_energy"]] = energies[:, 2] + q @ plan.rest
-        rows[:, WEIGHT_ENERGY] = energies[:, 0] - q @ plan.rest
+            rows[:, AXIAL + span] += 0.5 * (q_t @ mesh.ends[span, :, 0].T) ** 2 @ mesh.half[span]
+        shafts, inertias = COLUMN["drive_energy"], np.diag(turns @ mesh.network.masses.matrix @ turns.T)
+        apart = (1.0, 1.0, 1.0 * (SHAFTS[2] in mesh.names))  # a rotor on a rigid joint is the pulley's
+        rows[:, shafts : shafts + 3] = 0.5 * inertias * apart * (q_t @ turns.T) ** 2
+        weight = q @ plan.rest
+        rows[:, COLUMN["joint_energy"]] = energies[:, 2] + weight
+        rows[:, WEIGHT_ENERGY] = energies[:, 0] - weight
         rows[:, WEIGHT_ENERGY + 1 : WIDTH] = np.hstack([tallies, balance])
         rows[:, WIDTH:] = found[:, 5 * spans : middle]
         return rows
@@ -81,11 +89,11 @@ class Case(RopeRun):
         if code != at.TOO_STIFF:
             return super().why(code, state)
         over = stiffness_over_limit(self.plan, self.law, state.x)
-        span, segment = divmod(int(np.argmax(over)), self.mesh.segments)
+        span, segment = divmod(int(np.argmax(over)), len(self.positions[0]) - 1)
         return (
             f"the law {self.law_name} is too stiff for the step of {self.grid.step:.4g} s at "
-            f"t = {state.counts[at.STEPS] * self.grid.step:.6g} s in the {self.mesh.spans[span]} span at "
-            f"{self.mesh.position[span, segment]:.4g} m: give a step of at most "
+            f"t = {state.counts[at.STEPS] * self.grid.step:.6g} s in the {self.names[span]} span at "
+            f"{self.positions[span][segment]:.4g} m: give a step of at most "
             f"{self.grid.step / np.sqrt(over.max()):.4g} s"
         )
 
@@ -93,7 +101,7 @@ class Case(RopeRun):
         """Result of the run, as far as it went."""
         rows, every, mesh, scheme = outcome.rows, self.recording.fields or 1, self.mesh, self.scheme
         fields, common = outcome.fields[: -(-len(rows) // every)], self.common(outcome)
-        middles = ((span, 0.5 * float(mesh.position[0, -1])) for span in mesh.spans)
+        middles = zip(mesh.pieces, 0.5 * mesh.length, strict=True)
         columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
         estimate = estimated_errors(self, outcome, columns)
         handled = 0.0
@@ -106,8 +114,8 @@ class Case(RopeRun):
             probes=(*middles, *self.recording.probes),
             field_time=common["time"][::every][: len(fields)],
             fields=fields,
-            spans=mesh.spans,
-            position=mesh.position,
+            spans=mesh.pieces,
+            position=np.array(mesh.positions),
             energy_handled=handled,
             slack_events=self.slack_events(outcome.state),
             extremes=self._extremes(outcome.state),
@@ -116,7 +124,7 @@ class Case(RopeRun):
             provenance=self.provenance(
                 {
                     "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
-                    "segments": mesh.segments,
+                    "segments": len(mesh.positions[0]) - 1,
                 },
                 duration=self.grid.steps * self.grid.step,
                 torque=self.torques[0].fingerprint,
@@ -130,17 +138,20 @@ class Case(RopeRun):
         mesh, law = self.mesh, taut_law(self.law)
         if not self.machine.layout.gravity:
             return 0.0
-        rest, _ = equilibrium(self.machine, mesh, law, hold="drive")
-        return float(np.sum(strain_energy(mesh, law, rest))) + weight_energy(mesh, rest)
+        x, _ = equilibrium(self.machine, mesh, law, hold="drive")
+        q = np.linalg.lstsq(turns_of(mesh), angles_of(self.machine, mesh, x))[0]
+        stored = mesh.spacing @ law.energy_density(*gradients(mesh, x))
+        return float(
+            stored - np.sum(self.plan.node[at.WEIGHT_U : at.WEIGHT_W + 1] * x[::2]) - self.plan.rest @ q
+        )
 
     def _extremes(self, state: State) -> dict[str, float]:
         """Least and largest angle of each shaft [rad], largest |v| and |w| of each midpoint [m]."""
-        found, shafts = {}, self.mesh.shafts
-        for k, name in enumerate(("drive", "load", "motor")):
-            radius = shafts[k if k < len(shafts) else 0].radius
-            for word, place in zip(("min", "max"), state.extremes[:, k].tolist(), strict=True):
-                found[f"{name}_angle_{word}"] = place / radius if np.isfinite(place) else 0.0
-        for span, (v, w) in zip(self.mesh.spans, state.peaks.tolist(), strict=True):
+        reached = np.where(np.isfinite(state.extremes), state.extremes, 0.0)
+        angles, found = np.sort(turns_of(self.mesh) @ reached.T, axis=1).tolist(), {}
+        for name, own in zip(("drive", "load", "motor"), angles, strict=True):
+            found[f"{name}_angle_min"], found[f"{name}_angle_max"] = own
+        for span, (v, w) in zip(self.names, state.peaks.tolist(), strict=True):
             found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
         return found
 
@@ -164,16 +175,15 @@ def case_of(
         raise InputRefused('start: places and speeds are for machines of kind "route": give angles')
     mesh = mesh_of(drive, scheme.segments)
     law = cable_law(drive.cable, scheme.model, tension_only=scheme.slack == "tension-only")
-    grid = time_grid(duration, largest_stable_step(mesh, law), scheme, recording.rate, mesh.nodes)
+    laws = [law] * len(mesh.pieces)
+    grid = time_grid(duration, largest_stable_step(mesh, laws), scheme, recording.rate, mesh.size)
     signal = checked_signal(torque, "torque", duration, grid.step)
     pushes = checked_forces(drive, forces, duration, grid.step)
-    nodes = [(int(mesh.carriage_node[own.carriage]), PLANES.index(own.plane)) for own in forces]
-    marks = recording.probes, nodes
-    damping = drive.cable.transverse_damping, drive.cable.axial_damping
-    plan = plan_of(mesh, law, grid.step, damping, scheme, marks)
+    nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces]
+    rest = straight_ropes(mesh, gravity(as_machine(drive)))
+    plan = network_plan(mesh, laws, rest, recording.probes, grid.step, scheme, nodes)
     check_method(scheme.method, plan)
-    x, rotor = place_at_start(drive, mesh, law, start)
-    x_t = velocity_at_start(mesh, start)
+    x, x_t, q, q_t = loop_at_start(drive, mesh, law, start)
     return Case(
         machine=drive,
         scheme=scheme,
@@ -183,17 +193,17 @@ def case_of(
         torques=(signal,),
         holding=np.array([drive.motor.offset_torque if drive.motor else 0.0]),
         plan=plan,
-        laws=[law] * len(mesh.spans),
+        laws=laws,
         forces=pushes,
-        start=new_state(plan, x, x_t, np.array([*x[0, list(mesh.rims)], rotor]), x_t[0, [*mesh.rims, 0]]),
+        start=new_state(plan, x, x_t, q, q_t),
         mesh=mesh,
-        names=mesh.spans,
-        positions=list(mesh.position),
+        names=mesh.pieces,
+        positions=mesh.positions,
         settings={
             "law": law_fingerprint(law),
             "torque": signal.fingerprint,
             "forces": [push.fingerprint for push in pushes],
             "force_places": plan.force.tolist(),
-            "start": sha256(x.tobytes() + x_t.tobytes()).hexdigest(),
+            "start": sha256(b"".join(own.tobytes() for own in (x, x_t, q, q_t))).hexdigest(),
         },
     )

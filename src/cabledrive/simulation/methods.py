@@ -5,6 +5,7 @@ uniform cable that is :math:`c_u \Delta t = \Delta x`, a CFL number of 1: Eq. (2
 stands under (2.15).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, isfinite, sqrt
 
@@ -175,41 +176,36 @@ class TimeGrid:
         return self.step * self.every
 
 
-def largest_stable_step(mesh: Mesh, law: CableLaw) -> float:
-    r"""Largest step for which leapfrog is stable, Eq. (2.31) at a CFL number of 1.
+def largest_stable_step(mesh: Mesh, laws: Sequence[CableLaw]) -> float:
+    r"""Largest step for which leapfrog is stable, Eq. (2.31) at a CFL number of 1; ``laws``: of each piece.
 
-    The squares of the chain's frequencies are the eigenvalues of
-    :math:`S^{1/2} D M^{-1} D^T S^{1/2}` over the springs (segments, motor joint, holding spring); the row
-    sums of its moduli bound them from above, sharply for a uniform cable. A cable that may go slack is a
-    chain of springs with a kink, on which leapfrog is resonantly unstable where the shortest period takes few
-    steps: there a quarter of that, a dozen steps per shortest period.
+    The squares of the frequencies of ropes and springs are the eigenvalues of
+    :math:`S^{1/2} D M^{-1} D^T S^{1/2}` over segments, whose ends move with nodes or coordinates, and
+    springs; the row sums of its moduli bound them from above, sharply for a uniform cable. Bodies that turn
+    under the forces at rest add at most their own. A cable that may go slack is a chain of springs with a
+    kink, on which leapfrog is resonantly unstable where the shortest period takes few steps: there a quarter
+    of that, a dozen steps per shortest period.
 
     Returns step [s].
     """
-    mobility = 1.0 / mesh.axial_mass
-    for node, shaft in zip(mesh.rims, mesh.shafts, strict=False):
-        mobility[node] *= 0.0 if shaft.fixed else 1.0
-    if mesh.closed:
-        mobility[-1] = mobility[0]
-    root = np.sqrt(law.largest_stiffness() / mesh.spacing)
-    before, after = np.roll(root, 1), np.roll(root, -1)
-    if not mesh.closed:
-        before[0] = after[-1] = 0.0
-    joint, joint_mobility, square = 0.0, 0.0, mesh.shafts[0].radius ** 2
-    on_rim, on_motor = sqrt(mesh.shafts[0].holding_stiffness / square), 0.0
-    if mesh.joint is not None:
-        joint, joint_mobility = sqrt(mesh.joint.stiffness / square), 1.0 / mesh.shafts[2].rim_mass
-        on_motor = sqrt(mesh.shafts[2].holding_stiffness / square)
-    before[0] += joint + on_rim
-    if mesh.closed:
-        after[-1] += joint + on_rim
-    rows = root * ((root + before) * mobility[:-1] + (root + after) * mobility[1:])
-    beside = root[0] + (root[-1] if mesh.closed else 0.0) + on_rim
-    joint_row = joint * (joint * mobility[0] + beside * mobility[0] + (joint + on_motor) * joint_mobility)
-    rim_row = on_rim * (beside + joint) * mobility[0]
-    motor_row = on_motor * (joint + on_motor) * joint_mobility
-    share = 0.25 if law.tension_only else 1.0
-    return share * 2.0 / sqrt(max(float(np.max(rows)), joint_row, rim_row, motor_row))
+    from scipy.linalg import eigh
+
+    stiffness, springs = mesh.ropes * [law.largest_stiffness() for law in laws], mesh.network.springs
+    roots = [np.sqrt(k / mesh.spacing[a:b]) for k, (a, b) in zip(stiffness, mesh.nodes, strict=True)]
+    rows = mesh.ends.reshape(6 * len(roots), -1)
+    rows = np.vstack([rows, np.pad(springs.dense, ((0, 0), (0, len(mesh.wraps))))])
+    beside = np.concatenate([*(own[[0, 0, 0, -1, -1, -1]] for own in roots), np.sqrt(springs.values)])
+    sums = np.abs(rows @ np.linalg.solve(mesh.mass, rows.T)) @ beside
+    outer, mass = sums[: 6 * len(roots)].reshape(-1, 2, 3).max(axis=2), mesh.cells + mesh.carried
+    square = float(np.max((beside * sums)[6 * len(roots) :], initial=0.0))
+    for root, ropes, (start, end), (first, last) in zip(roots, mesh.ropes, outer, mesh.nodes, strict=True):
+        inner = (root[1:] + root[:-1]) / (ropes * mass[first + 1 : last])
+        on_nodes = np.concatenate([[start], inner, [end]])
+        square = max(square, float(np.max(root * (on_nodes[1:] + on_nodes[:-1]))))
+    if mesh.network.turning:
+        turning = np.pad(mesh.network.geometric, (0, len(mesh.wraps)))
+        square += max(float(eigh(turning, mesh.mass, eigvals_only=True)[-1]), 0.0)
+    return float((0.25 if laws[0].tension_only else 1.0) * 2.0 / sqrt(square))
 
 
 def time_grid(duration: float, largest_step: float, scheme: Scheme, rate: float, nodes: int = 1) -> TimeGrid:

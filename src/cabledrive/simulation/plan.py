@@ -9,7 +9,6 @@ so that the pass works with the differences of displacements of a segment's ends
 Few arrays with many rows: each array costs a kernel time to compile.
 """
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -22,11 +21,8 @@ from cabledrive.mechanics.cable_laws import (
     WeakLaw,
     taut_law,
 )
-from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.arrays import Integers
 from cabledrive.simulation.channels import TALLIES
-from cabledrive.simulation.dampers import eliminated
-from cabledrive.simulation.start import Scheme, divided_spans, probed
 
 # s(z) = 1 / (1 + z + sqrt(1 + z)) for |z| <= LARGEST_Z: Chebyshev fit of degree 7, good to 2e-16.
 LARGEST_Z = 0.02
@@ -46,16 +42,6 @@ SERIES = (
 # velocity; bounds of the y at which a segment is taut and the series holds; coefficients of the gain in y.
 PULL, H, SPEED_U, RUN_FALL_U, SPEED_T, KEPT, LOSS, CENTRE, REACH, GAIN = range(10)
 COLUMNS = GAIN + len(SERIES)
-
-
-def runs_of(mesh: Mesh, stops: Integers) -> Integers:
-    """First and last segment of each run, the last not included, shape (runs, 2)."""
-    h = mesh.spacing
-    changes = np.abs(np.diff(h)) > 1e-12 * h[:-1]
-    if mesh.weight_u.any():
-        changes[mesh.segments - 1 :: mesh.segments] = True
-    starts = np.unique([0, *(np.flatnonzero(changes) + 1), *stops])
-    return np.stack([starts, np.append(starts[1:], h.size)], axis=1).astype(np.int64)
 
 
 def numbers_of_runs(runs: Integers, piece: Array, segment: Array, node: Array, step: float) -> Array:
@@ -199,57 +185,6 @@ class Workspace(NamedTuple):
     stop: Array  # (3, 3, stops): speeds of stops before and after, and their places
 
 
-def plan_of(
-    mesh: Mesh,
-    law: CableLaw,
-    step: float,
-    damping: tuple[float, float],
-    scheme: Scheme,
-    marks: tuple[Sequence[tuple[str, float]], Sequence[tuple[int, int]]] = ((), ()),
-) -> Plan:
-    """Numbers of one run of a loop or a line; its coordinates are the rims of both pulleys and of the motor.
-
-    ``step`` [s]; ``damping``: transverse, Gamma [1/s], and axial, b_kv [N s]; ``scheme``: friction and what
-    slack means; ``marks``: span of each probe and distance from its start, node and axis of each force.
-    """
-    (transverse_damping, axial_damping), (probes, forces) = damping, marks
-    damper = axial_damping * (1.0 + law.pretension / law.axial_rigidity)
-    stops = np.unique([*mesh.carriage_node, *(node for node, _ in forces)]).astype(np.int64)
-    runs = runs_of(mesh, stops)
-    joints = np.unique([*range(0, mesh.nodes, mesh.segments), *stops])  # rims and stops
-    beside = np.unique([joints[:-1], joints[1:] - 1]).astype(np.int64)
-    midpoints = tuple((span, 0.5 * float(mesh.position[0, -1])) for span in mesh.spans)
-    h, n, spans = mesh.spacing, mesh.segments, len(mesh.spans)
-    ends = np.zeros((spans, 2, 3, 3))
-    for span in range(spans):
-        ends[span, [0, 1], 0, [span, 1 - span]] = 1.0
-    segment = np.array([h, 1.0 / h, h / damper if damper else 0.0 * h])
-    node = _nodes(mesh, step, transverse_damping)
-    own = np.array([(span * n, (span + 1) * n) for span in range(spans)], dtype=np.int64)
-    piece = np.array([(law.pretension, law.axial_rigidity, law.slack_strain, 1.0, *3 * [0.0])] * spans)
-    made = eliminated(own, segment[COMPLIANCE], node[KICK_U], np.ones(spans), ends[:, :, 0])
-    return Plan(
-        law=kernel_number(law),
-        tension_only=law.tension_only,
-        stop_when_slack=scheme.slack == "stop",
-        step=step,
-        axial=made.how(exact=kernel_number(law) == EXACT),
-        nodes=own,
-        piece=piece,
-        segment=segment,
-        node=node,
-        **rows_of_ends(ends),
-        **_shafts(mesh, step, scheme.smoothing_speed if scheme.friction == "smoothed" else 0.0, made.loss),
-        damper=made.table,
-        probe=np.pad(probed(divided_spans(mesh), (*midpoints, *probes)), ((0, 0), (0, 3))),
-        force=np.array(forces, dtype=np.int64).reshape(-1, 2),
-        stop=stops,
-        beside=np.stack([beside, beside // n], axis=1),
-        runs=runs,
-        run=numbers_of_runs(runs, piece[runs[:, 0] // n], segment, node, step),
-    )
-
-
 def rows_of_ends(ends: Array) -> dict[str, Any]:
     """Rows of the ends of all pieces, shape (pieces, 2, 3, n), without their zeros."""
     rows = ends.reshape(6 * len(ends), ends.shape[-1])
@@ -290,47 +225,6 @@ def kernel_number(law: CableLaw) -> int:
     """Number of a law in the kernels; a subclass of a law they know is not that law."""
     kind = type(taut_law(law))
     return KERNEL_LAWS.index(kind) if kind in KERNEL_LAWS else OWN
-
-
-def _nodes(mesh: Mesh, step: float, transverse_damping: float) -> Array:
-    damped = 0.5 * step * transverse_damping * mesh.cable_mass / mesh.mass
-    kick_u = step / mesh.mass
-    kick_t = np.where(mesh.sways, step / mesh.mass / (1.0 + damped), 0.0)
-    keep = np.where(mesh.sways, (1.0 - damped) / (1.0 + damped), 0.0)
-    drag = np.where(mesh.sways, transverse_damping * mesh.cable_mass, 0.0)
-    fall = kick_u * mesh.weight_u, kick_t * mesh.weight_w
-    table = np.array([kick_u, kick_t, keep, *fall, mesh.mass, drag, mesh.weight_u, mesh.weight_w])
-    table[[[KICK_U], [FALL_U], [MASS], [WEIGHT_U]], [*mesh.rims, -1]] = 0.0
-    return table
-
-
-def _shafts(mesh: Mesh, step: float, smoothing_speed: float, dampers: Array) -> dict[str, Any]:
-    """Matrices and friction of drive pulley, load pulley and motor, measured at the rim; 0 without motor."""
-    shafts, radius = mesh.shafts, mesh.shafts[0].radius
-    numbers = np.zeros((4, 3))
-    turns, arm = np.zeros(3, dtype=bool), np.full(3, radius)
-    for i, own in enumerate(shafts):
-        viscous, coulomb = own.viscous_friction / own.radius**2, own.coulomb_friction / own.radius
-        numbers[:, i] = own.rim_mass, viscous, coulomb, own.holding_stiffness / own.radius**2
-        turns[i], arm[i] = not own.fixed, own.radius
-    mass = np.diag([*mesh.axial_mass[list(mesh.rims)], numbers[0, 2]])
-    joint = np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 1.0]]) / radius**2
-    stiffness, loss = (mesh.joint.stiffness, mesh.joint.damping) if mesh.joint else (0.0, 0.0)
-    damping = np.array([np.diag(numbers[1]), loss * joint])
-    rubs = np.flatnonzero(numbers[2] * turns)
-    rest, motor = np.zeros(3), np.zeros((1, 3))
-    rest[:2], motor[0, 2 if mesh.joint else 0] = mesh.weight_u[list(mesh.rims)], 1.0 / radius
-    return {
-        **moved_by(
-            mass, (damping.sum(axis=0), dampers), 1.0 * turns, step, np.eye(3)[rubs], numbers[2, rubs]
-        ),
-        "stiffness": stiffness * joint + np.diag(numbers[3]),
-        "damping": damping,
-        "rest": rest,
-        "motor": motor,
-        "smooth": smoothing_speed * arm[rubs],
-        "wrap": np.full((rubs.size, 2), -1, dtype=np.int64),
-    }
 
 
 def new_state(plan: Plan, x: Array, x_t: Array, q: Array, q_t: Array) -> State:

@@ -3,18 +3,18 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import Model
-from cabledrive.mechanics.mesh import Mesh, gradients
-from cabledrive.mechanics.statics import equilibrium
+from cabledrive.mechanics.mesh import SHAFTS, Divided, Mesh, gradients, turns_of
+from cabledrive.mechanics.statics import angles_of, equilibrium
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning, nearest
+from cabledrive.parameters.route.two_pulleys import SENSE
 
 PLANES = ("u", "v", "w")
 Profile = ArrayLike | Callable[[Array], ArrayLike]
@@ -109,15 +109,6 @@ class Start:
 OF_LOOPS = ("drive_angle", "load_angle", "drive_speed", "load_speed")
 """What a start says of loops and lines alone."""
 
-Divided = tuple[Sequence[str], Any, Any, NDArray[np.bool_]]
-"""Names of spans, distances of their nodes from their starts, first and last node, nodes that are held."""
-
-
-def divided_spans(mesh: Mesh) -> Divided:
-    """Spans of a loop or a line as `plucked` takes them."""
-    first = mesh.segments * np.arange(len(mesh.spans))
-    return mesh.spans, mesh.position, np.stack([first, first + mesh.segments], axis=1), ~mesh.sways
-
 
 def plucked(spans: Divided, plucks: Sequence[Pluck], *, lengths: bool = False) -> Array:
     """Displacements, or velocities, of all nodes by plucks or kicks of spans, (3, nodes) [m], [m/s]."""
@@ -160,52 +151,60 @@ def probed(spans: Divided, probes: Sequence[tuple[str, float]]) -> Array:
     return table
 
 
-def place_at_start(drive: Drive, mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, float]:
-    """Where everything is at t = 0: displacements u, v, w, shape (3, nodes), and of the rotor at the rim [m].
+def by_name(names: tuple[str, ...], given: Mapping[str, float], what: str) -> Array:
+    """Coordinates of a start that are given by their names, 0 of others, (n,)."""
+    for name, value in given.items():
+        if name not in names or not np.isfinite(value):
+            raise InputRefused(
+                f'start: {what} of "{str(name)[:60]}" = {value}: take one of {", ".join(names)}, finite'
+            )
+    return np.array([given.get(name, 0.0) for name in names])
 
-    Raises `InputRefused` if a pluck does not fit the drive, or the cable would start slack though it may not
-    go slack.
+
+def placed(
+    mesh: Mesh, given: Mapping[str, float], plucks: tuple[Pluck, ...], what: str
+) -> tuple[Array, Array]:
+    """Displacements or velocities of nodes and coordinates; ropes follow their ends linearly."""
+    q, x = by_name(mesh.names, given, what), np.zeros((3, mesh.size))
+    for k, (first, last) in enumerate(mesh.nodes):
+        share = mesh.positions[k] / mesh.length[k]
+        ends = [mesh.ends[k, side] @ q for side in range(2)]
+        x[:, first : last + 1] = ends[0][:, None] + (ends[1] - ends[0])[:, None] * share
+    return x + plucked(mesh.spans, plucks, lengths=what == "places"), q
+
+
+def loop_at_start(drive: Drive, mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, Array, Array, Array]:
+    """Displacements and velocities at t = 0 of the nodes of a loop or a line, (3, nodes), and of q, (n,).
+
+    Raises `InputRefused` if a pluck does not fit the drive, a fixed pulley turns, or the cable would start
+    slack though it may not go slack.
     """
-    total, twist = _following_rims(mesh, start.drive_angle, start.load_angle, "angle"), 0.0
+    turned = [
+        {name: SENSE * own for name, own in zip(SHAFTS, (turn, load, turn), strict=True) if own}
+        for turn, load in ((start.drive_angle, start.load_angle), (start.drive_speed, start.load_speed))
+    ]
+    for own in turned:
+        if SHAFTS[2] not in mesh.names:
+            own.pop(SHAFTS[2], None)
+    x, q = placed(mesh, turned[0], start.plucks, "places")
+    x_t, q_t = placed(mesh, turned[1], start.kicks, "speeds")
     if start.from_equilibrium:
         rest, (holding, _) = equilibrium(drive, mesh, law, hold=start.hold)
-        total += rest
+        x, q = x + rest, q + np.linalg.lstsq(turns_of(mesh), angles_of(drive, mesh, rest))[0]
+        motor = drive.motor
         # The motor's torque or its holding stiffness carries the weights through a flexible joint, if either.
-        if mesh.joint is not None and (start.hold != "none" or mesh.shafts[2].holding_stiffness != 0.0):
-            twist = mesh.shafts[0].radius * holding / mesh.joint.stiffness
-    total += plucked(divided_spans(mesh), start.plucks, lengths=True)
-    tension = np.asarray(law.tension(*gradients(mesh, total)))
+        if motor and motor.joint_stiffness and (start.hold != "none" or motor.holding_stiffness):
+            q[mesh.names.index(SHAFTS[2])] += SENSE * holding / motor.joint_stiffness
+    tension = np.asarray(law.tension(*gradients(mesh, x)))
     least = int(np.argmin(tension))
     if tension[least] < 0.0 and not law.tension_only:
-        span, place = divmod(least, mesh.segments)
+        k = int(np.searchsorted(mesh.nodes[:, 0], least, side="right")) - 1
         raise InputRefused(
-            f"start: the {mesh.spans[span]} span is slack at x = {mesh.position[span, place]:.6g} m "
+            f"start: the {mesh.pieces[k]} span is slack at x = "
+            f"{mesh.positions[k][least - mesh.nodes[k, 0]]:.6g} m "
             f"({tension[least]:.4g} N): lower the pluck, raise cable.pretension or allow slack"
         )
-    return total, float(total[0, 0]) + twist
-
-
-def velocity_at_start(mesh: Mesh, start: Start) -> Array:
-    """Velocities u, v, w at t = 0, (3, nodes) [m/s]; refused: a fixed pulley's, a kick that does not fit."""
-    total = _following_rims(mesh, start.drive_speed, start.load_speed, "speed")
-    return total + plucked(divided_spans(mesh), start.kicks)
-
-
-def _following_rims(mesh: Mesh, drive: float, load: float, what: str) -> Array:
-    """Displacements or velocities that follow the rims linearly from pulley to pulley."""
-    rims = []
-    for shaft, turn in zip(mesh.shafts, (drive, load), strict=False):
-        if shaft.fixed and turn != 0.0:
-            raise InputRefused(
-                f"start: the {shaft.name} pulley is fixed, so its {what} must be 0: leave it out"
-            )
-        rims.append(turn * shaft.radius)
-    total = np.zeros((3, mesh.nodes))
-    for number, span in enumerate(mesh.spans):
-        share = mesh.position[number] / mesh.position[number, -1]
-        first, last = rims[number], rims[1 - number]
-        total[0, mesh.span_nodes(span)] = first + (last - first) * share
-    return total
+    return x, x_t, q, q_t
 
 
 def profile_of(pluck: Pluck, x: Array, held: Array) -> Array:

@@ -153,7 +153,7 @@ def step_taut(
     range of the series; the state is then of no use.
     """
     torque, forces = inputs
-    x, x_t, p, n = state.x, state.x_t, work.p, plan.nodes[0, 1]
+    x, x_t, p = state.x, state.x_t, work.p
     for j in range(torque.shape[0]):
         keep_extremes(plan, state)
         pulls_beside(plan, x, p)
@@ -165,17 +165,14 @@ def step_taut(
         loss = 0.0
         outside = 0
         for k in range(plan.runs.shape[0]):
-            first, last = plan.runs[k, 0], plan.runs[k, 1]
-            h = plan.run[k, at.H]
+            first, h = plan.runs[k, 0], plan.run[k, at.H]
             old_v, old_w = x_t[1, first], x_t[2, first]
             # The first node of a run is a rim or a stop: as if the first segment pulled from before as well.
             pulls = h * p[0, first], h * p[1, first], h * p[2, first]
             beyond, squares = move_run(plan, k, pulls, plane, out)
             outside += beyond
-            # What the pass counted at its first node and at a rim inside the run is no motion of the cable.
+            # What the pass counted at its first node is no motion of the cable.
             squares -= (x_t[1, first] + old_v) ** 2 + (x_t[2, first] + old_w) ** 2
-            if first < n and n < last:
-                squares -= x_t[1, n] ** 2 + x_t[2, n] ** 2
             loss += plan.run[k, at.LOSS] * squares
         if outside > 0:
             return False

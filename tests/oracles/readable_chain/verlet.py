@@ -118,14 +118,20 @@ def step_reference(plan, law, state, excess, torque, forces):
 
 def moved_reference(plan, state, new, shaft_new):
     """Speeds and places after the step."""
-    new[0, [0, plan.nodes[0, 1]]] = shaft_new[:2]
-    if len(plan.nodes) > 1:
-        new[:, -1] = new[:, 0]
+    for ends, rims in zip(plan.nodes, rims_of(plan) @ shaft_new, strict=True):
+        new[0, ends] = rims
     state.x_t[:] = new
     state.x[:] += plan.step * new
     state.q_t[:] = shaft_new
     state.q[:] += plan.step * shaft_new
     state.counts[entries.STEPS] += 1
+
+
+def rims_of(plan):
+    """Motion of both ends of each span along it by the coordinates, shape (spans, 2, n)."""
+    rows = np.zeros((plan.row_start.size - 1, len(plan.mass)))
+    rows[np.repeat(np.arange(len(rows)), np.diff(plan.row_start)), plan.row_column] = plan.row_value
+    return rows.reshape(len(plan.nodes), 2, 3, -1)[:, :, 0]
 
 
 def _kicked(plan, old, excess, forces):
@@ -143,43 +149,36 @@ def _kicked(plan, old, excess, forces):
 
 
 def shaft_forces_reference(plan, state, pull, torque):
-    """Forces on drive rim, load rim and motor at the step's time."""
-    n = plan.nodes[0, 1]
+    """Forces on the coordinates at the step's time."""
     force = plan.rest - plan.stiffness @ state.q + plan.motor.T @ torque
-    force[:2] += pull[0], -pull[n - 1]
-    if len(plan.nodes) > 1:
-        force[:2] += -pull[-1], pull[n]
+    for (first, behind), (start, end) in zip(plan.nodes, rims_of(plan), strict=True):
+        force += pull[first] * start - pull[behind - 1] * end
     return force
 
 
-def _rim_pull(plan, direction, mean, rims):
-    """Forces of the damping tensions on drive rim and load rim, at given mean speeds of the rims."""
-    force = np.zeros(3)
+def _rim_pull(plan, direction, mean, speeds):
+    """Forces of the damping tensions on the coordinates, at given mean speeds of these."""
+    force = np.zeros(len(plan.mass))
     for span, (first, behind) in enumerate(plan.nodes):
-        start, end, last = span, 1 - span, behind - 1
-        q = damped_span_reference(plan, span, direction, mean, (rims[start], rims[end]))
-        force[start] += direction[0, first] * q[0]
-        force[end] -= direction[0, last] * q[-1]
+        start, end = rims_of(plan)[span]
+        q = damped_span_reference(plan, span, direction, mean, (start @ speeds, end @ speeds))
+        force += direction[0, first] * q[0] * start - direction[0, behind - 1] * q[-1] * end
     return force
 
 
 def _with_dampers(plan, direction, mean, old, matrix, force):
-    """Shaft equations with the pull of the dampers, which is affine in the rims' speeds."""
-    constant = _rim_pull(plan, direction, mean, np.zeros(2))
-    answers = np.zeros((3, 3))
-    for rim in range(2):
-        answers[:, rim] = _rim_pull(plan, direction, mean, np.eye(2)[rim]) - constant
+    """Equations of the coordinates with the pull of the dampers, which is affine in their speeds."""
+    units = np.eye(old.size)
+    constant = _rim_pull(plan, direction, mean, 0.0 * old)
+    answers = np.stack([_rim_pull(plan, direction, mean, own) - constant for own in units], axis=1)
     return matrix - 0.5 * answers, force + constant + 0.5 * answers @ old
 
 
-def _damp(plan, state, direction, old, new, rims):
+def _damp(plan, state, direction, old, new, speeds):
     """Kick of the damping tensions on all nodes between the rims, and what they cost."""
-    mean = 0.5 * (old + new)
+    mean, rims = 0.5 * (old + new), rims_of(plan) @ speeds
     q = np.concatenate(
-        [
-            damped_span_reference(plan, span, direction, mean, (rims[span], rims[1 - span]))
-            for span in range(len(plan.nodes))
-        ]
+        [damped_span_reference(plan, span, direction, mean, own) for span, own in enumerate(rims)]
     )
     force = np.diff(direction * q, axis=1)
     new[0, 1:-1] += plan.node[entries.KICK_U, 1:-1] * force[0]
@@ -187,7 +186,7 @@ def _damp(plan, state, direction, old, new, rims):
     mean = 0.5 * (old + new)
     power = 0.0
     for span, (first, last) in enumerate(plan.nodes):
-        mean[0, [first, last]] = rims[span], rims[1 - span]
+        mean[0, [first, last]] = rims[span]
         power += np.sum((direction * q * np.diff(mean, axis=1))[:, first:last])
     state.tallies[0, channels.AXIAL_LOSS] += plan.step * power
 
@@ -248,9 +247,9 @@ def solve_shafts_reference(plan, matrix, right, old):
     :math:`f_i = c_i \tanh\frac{v_i + v_i^{old}}{2 s_i}` is found by Newton's method.
     """
     free = np.flatnonzero(plan.moves > 0.0)
-    new, friction = np.zeros(3), np.zeros(3)
+    new, friction = np.zeros(old.size), np.zeros(old.size)
     inner = matrix[np.ix_(free, free)]
-    coulomb, smooth = np.zeros(3), np.full(3, plan.smooth.max(initial=0.0))
+    coulomb, smooth = np.zeros(old.size), np.full(old.size, plan.smooth.max(initial=0.0))
     coulomb[plan.stick], smooth[plan.stick] = plan.bound, plan.smooth
     coulomb, smooth = coulomb[free], smooth[free]
     if (smooth > 0.0).any():

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cabledrive.mechanics.chain import MOTOR_JOINT
 from cabledrive.mechanics.holding import HOLDING, motor_condition
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, Row, dense
 from cabledrive.mechanics.network.pieces import Piece, carriage_at, pieces_of
@@ -250,10 +251,10 @@ def _parts(motion: Motion) -> dict[str, Parts]:
             dampers.append((motor.viscous_friction, rotor, name))
             if joint is not None:
                 masses.append((motor.inertia, motion.rotor(number), name))
-                dampers.append((motor.joint_damping, rotor - turn, name))
+                dampers.append((motor.joint_damping, rotor - turn, MOTOR_JOINT))
     for number, motor in motors.items():
         rotor = motion.angle(number) if motor.joint_stiffness is None else motion.rotor(number)
-        springs.append((motor.joint_stiffness or 0.0, rotor - motion.angle(number), "motor joint"))
+        springs.append((motor.joint_stiffness or 0.0, rotor - motion.angle(number), MOTOR_JOINT))
         if motion.motor == HOLDING:
             springs.append(
                 (motor.holding_stiffness or 0.0, rotor - motion.mount(number), "holding stiffness")

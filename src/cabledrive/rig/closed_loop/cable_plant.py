@@ -11,7 +11,7 @@ from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import SENSE, require_two_pulleys
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import distributed
 from cabledrive.rig.closed_loop.chain_kernels import (
@@ -36,11 +36,11 @@ class CableNumbers(NamedTuple):
     """What the loop needs to know of the cable beside its plan."""
 
     shafts: int  # Motor, drive, load; the last two where the joint is rigid
-    radius: float  # of the drive pulley [m]
+    turns: Array  # (shafts,): angle, of the load times its radius over the drive's, per coordinate
     steps: int  # steps of the cable per sample
     rate: float  # bandwidth of the torque loop [rad/s]; 0: none
     offset: float  # constant torque of the motor [N m]
-    weight: float  # of the cable at the load's rim, along the span [N]
+    weight: float  # of the cable at the load's rim, on its coordinate [N m]
     zeros: Array  # (shafts,): angles at the start [rad]
     middle: Array  # (2,): largest v and w at the start, either way [m]
 
@@ -92,8 +92,8 @@ def cable_ends(c: CableRun, gone: float, s: LoopState) -> int:
     x, n, cable, score, far = s.x, c.numbers.shafts, c.cable, s.summary, c.plan.nodes[0, 1]
     for shaft in range(n):
         rim = 2 if shaft < n - 2 else shaft - n + 2
-        x[shaft] = cable.q[rim] / c.numbers.radius - c.numbers.zeros[shaft]
-        x[n + shaft] = cable.q_t[rim] / c.numbers.radius
+        x[shaft] = cable.q[rim] * c.numbers.turns[shaft] - c.numbers.zeros[shaft]
+        x[n + shaft] = cable.q_t[rim] * c.numbers.turns[shaft]
     s.discrete[0] = x[n] != 0.0
     if not isfinite(x[n - 1]) or abs(x[n - 1]) > gone:
         return DIVERGED
@@ -114,7 +114,7 @@ def move_cable(c: CableRun, rig: RigNumbers, k: int, s: LoopState) -> int:
     """Move the cable to the next sample; why the run ends after it, 0 where it goes on."""
     x, n, plan, numbers, row = s.x, c.numbers.shafts, c.plan, c.numbers, c.row
     x[2 * n] = act(c, rig, s.controller.commands, x[2 * n], numbers.offset + rig.forces[k, 0])
-    plan.rest[1] = numbers.weight + rig.forces[k, 1] / numbers.radius
+    plan.rest[1] = numbers.weight + rig.forces[k, 1] * numbers.turns[n - 1]
     given = plan, c.cable, c.work, c.torques, c.forces, numbers.steps, row, c.fields
     code = integrate(None, numbers.zeros, None, None, False, *given)
     plan.rest[1] = numbers.weight
@@ -172,16 +172,16 @@ def cable_plant(
         recording=Recording(rate=1.0 / interval),
     )
     state = case.first_state()
-    radius = case.machine.drive_pulley.radius
-    first = [state.q[2]] if case.mesh.joint is not None else []
+    radii = [own.radius / case.machine.drive_pulley.radius for own in case.machine.pulley]
+    turns = SENSE * np.array([1.0] * (chain.size - 2) + radii)
     numbers = CableNumbers(
         shafts=chain.size,
-        radius=radius,
+        turns=turns,
         steps=case.grid.every,
         rate=current_rate(drive),
         offset=float(case.holding[0]),
         weight=float(case.plan.rest[1]),
-        zeros=np.array([*first, *state.q[:2]]) / radius,
+        zeros=turns * np.append(state.q[2:], state.q[:2]),
         middle=np.max(np.abs(state.x[1:, :]), axis=1),
     )
     return CablePlant(
@@ -194,9 +194,9 @@ def cable_plant(
 
 def cable_run(cable: CablePlant, state: LoopState, tensions: Array) -> CableRun:
     """The cable with its nodes in the state of a loop; ``tensions``, shape (samples or 0, 2), gets [N]."""
-    case, nodes = cable.case, cable.case.mesh.nodes
+    case, nodes = cable.case, cable.case.nodes
     kept, every = state.x[2 * cable.numbers.shafts + 1 :], cable.case.grid.every
-    x, x_t, q, q_t = np.split(kept, [3 * nodes, 6 * nodes, 6 * nodes + 3])
+    x, x_t, q, q_t = np.split(kept, np.cumsum([3 * nodes, 3 * nodes, len(case.mesh.names)]))
     fresh = new_state(case.plan, np.zeros((3, nodes)), np.zeros((3, nodes)), q, q_t)
     moving = fresh._replace(x=x.reshape(3, nodes), x_t=x_t.reshape(3, nodes), q=q, q_t=q_t)
     row, fields = np.zeros((1, width_of(case.plan))), np.zeros((0, 3, nodes))
@@ -245,7 +245,7 @@ def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]
     across = min(m.frequency for m in modes(drive, count=1).modes if m.kind == "transverse")
     ratio = across / pulley
     return {
-        "segments": case.mesh.segments,
+        "segments": len(case.positions[0]) - 1,
         "step": case.grid.step,
         "steps_per_sample": case.grid.every,
         "stiffness": drive.cable.axial_rigidity / length,

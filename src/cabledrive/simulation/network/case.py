@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.mesh import Mesh, divided
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.statics import unheld_words
@@ -19,6 +20,7 @@ from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
     COULOMB_LOSS,
+    JOINT_LOSS,
     TALLIES,
     TORQUE_WORK,
     TRANSVERSE_LOSS,
@@ -26,35 +28,13 @@ from cabledrive.simulation.channels import (
     Channel,
 )
 from cabledrive.simulation.error_estimate import estimated_errors
-from cabledrive.simulation.methods import time_grid
-from cabledrive.simulation.network.mesh import NetworkMesh, Rest, network_mesh, network_plan, rest_of
-from cabledrive.simulation.plan import new_state
+from cabledrive.simulation.methods import largest_stable_step, time_grid
+from cabledrive.simulation.network.mesh import Rest, network_plan, rest_of
+from cabledrive.simulation.plan import OWN, kernel_number, new_state
 from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
 from cabledrive.simulation.result import NetworkResult, neglected
 from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces, checked_signal
-from cabledrive.simulation.start import OF_LOOPS, PLANES, Pluck, Recording, Scheme, Start, plucked
-
-
-def by_name(names: tuple[str, ...], given: Mapping[str, float], what: str) -> Array:
-    """Coordinates of a start that are given by their names, 0 of others, (n,)."""
-    for name, value in given.items():
-        if name not in names or not np.isfinite(value):
-            raise InputRefused(
-                f'start: {what} of "{str(name)[:60]}" = {value}: take one of {", ".join(names)}, finite'
-            )
-    return np.array([given.get(name, 0.0) for name in names])
-
-
-def placed(
-    mesh: NetworkMesh, given: Mapping[str, float], plucks: tuple[Pluck, ...], what: str
-) -> tuple[Array, Array]:
-    """Displacements or velocities of nodes and coordinates; ropes follow their ends linearly."""
-    q, x = by_name(mesh.names, given, what), np.zeros((3, mesh.size))
-    for k, (first, last) in enumerate(mesh.nodes):
-        share = mesh.spans[1][k] / mesh.length[k]
-        ends = [mesh.ends[k, side] @ q for side in range(2)]
-        x[:, first : last + 1] = ends[0][:, None] + (ends[1] - ends[0])[:, None] * share
-    return x + plucked(mesh.spans, plucks, lengths=what == "places"), q
+from cabledrive.simulation.start import OF_LOOPS, PLANES, Recording, Scheme, Start, placed
 
 
 def routed_channels(
@@ -121,7 +101,7 @@ def slides(name: str) -> bool:
 class NetworkCase(RopeRun):
     """A run of a machine with routes that has not begun; torques: beyond what holds it at rest."""
 
-    mesh: NetworkMesh
+    mesh: Mesh
     rest: Rest
 
     def columns(self, found: Array) -> Array:
@@ -134,7 +114,8 @@ class NetworkCase(RopeRun):
         mean, least, ropes, strain, middle, weights, bodies, springs, *parts = parts
         tallies, balance, places, torque = parts
         # the constant forces that hold the ropes' ends at rest are theirs
-        ends = (places[:, :n] @ self.rest.force)[:, None]
+        ends = -(places[:, :n] @ self.rest.given)[:, None]
+        tallies[:, VISCOUS_LOSS] += tallies[:, JOINT_LOSS]
         lost = tallies[:, [TORQUE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS]]
         ropes, strain = (own.sum(axis=1, keepdims=True) for own in (ropes, strain))
         strain, springs = strain + weights + ends - self.rest.energy, springs - ends
@@ -219,17 +200,21 @@ def network_case(
     """Check and prepare a run; arguments as of `simulate`."""
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
     _check(drive, scheme, recording, start)
-    mesh = network_mesh(network_of(drive), scheme.segments)
+    mesh = divided(network_of(drive), scheme.segments)
     cables = (
         Cable(given_rigidity=float(rigidity), mass_per_length=1.0, pretension=float(tension))
         for tension, rigidity in zip(mesh.tension, mesh.rigidity, strict=True)
     )
     laws = [cable_law(one, scheme.model, tension_only=scheme.slack == "tension-only") for one in cables]
-    grid = time_grid(duration, largest_network_step(mesh, laws), scheme, recording.rate, mesh.size)
+    grid = time_grid(duration, largest_stable_step(mesh, laws), scheme, recording.rate, mesh.size)
     torques = motor_torques(mesh.driven, torque, duration, grid.step)
     torques += checked_forces(drive, forces, duration, grid.step)
     ways = {"u": ALONG, "v": OUT_OF_PLANE, "w": ACROSS}
     pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]
+    if kernel_number(laws[0]) == OWN:
+        raise InputRefused(
+            'kind = "route": laws of one\'s own are not simulated on routes: take a packaged law'
+        )
     rest = rest_of(mesh, laws)
     x, q = placed(mesh, start.places, start.plucks, "places")
     x_t, q_t = placed(mesh, start.speeds, start.kicks, "speeds")
@@ -258,23 +243,6 @@ def network_case(
             "start": sha256(b"".join(array.tobytes() for array in (x, x_t, q, q_t))).hexdigest(),
         },
     )
-
-
-def largest_network_step(mesh: NetworkMesh, laws: list[CableLaw]) -> float:
-    r"""Largest stable step [s], :math:`2/\sqrt{\omega_r^2 + \omega_s^2}`.
-
-    A segment with half its mass at each end vibrates at most with :math:`\omega_r = 2c/h`, which bounds every
-    assembly of segments; springs and turning bodies add at most their own :math:`\omega_s` on the masses.
-    """
-    from scipy.linalg import eigh
-
-    stiffness = np.array([law.largest_stiffness() for law in laws])
-    ropes = 4.0 * np.max(stiffness / mesh.density / mesh.spacing**2)
-    springs = (
-        max(float(eigh(mesh.stiffness, mesh.mass, eigvals_only=True)[-1]), 0.0) if len(mesh.mass) else 0.0
-    )
-    share = 0.25 if laws[0].tension_only else 1.0
-    return float(share * 2.0 / np.sqrt(ropes + springs))
 
 
 def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:

@@ -16,14 +16,13 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.case import (
-    by_name,
     motor_torques,
     never_simulated,
     routed_channels,
 )
 from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.start import OF_LOOPS, Recording, Scheme, Start
+from cabledrive.simulation.start import OF_LOOPS, Recording, Scheme, Start, by_name
 from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, way_of
 from cabledrive.simulation.travel.plan import TravelPlan, largest_travel_step
