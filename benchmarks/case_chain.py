@@ -9,10 +9,11 @@ from plain_chain import LOOPS, InC, InNumpy, InNumpyByParts, compiled
 
 import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
-from cabledrive.simulation.case import Case, case_of
+from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.methods import integrate_steps
 from cabledrive.simulation.plan import new_workspace
+from cabledrive.simulation.prepared import RopeRun
 
 TITLE = "Chain: steps of the exact law"
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
@@ -79,7 +80,7 @@ def compared(library, segments: int, name: str, plucks):
         yield segments, name, key, duration(per_step), ratio, f"{error:.0e}" if key == "plain C" else ""
 
 
-def prepared(segments: int, plucks, method: str, rate: float, drive=DRIVE) -> Case:
+def prepared(segments: int, plucks, method: str, rate: float, drive=DRIVE) -> RopeRun:
     """A case whose step does not depend on the recording rate."""
     scheme = Scheme(segments=segments, method=method)
     return case_of(
@@ -87,7 +88,7 @@ def prepared(segments: int, plucks, method: str, rate: float, drive=DRIVE) -> Ca
     )
 
 
-def difference(case: Case, in_c: InC, steps: int) -> float:
+def difference(case: RopeRun, in_c: InC, steps: int) -> float:
     ours = Integrated(case)
     ours(steps)
     in_c(steps)
@@ -99,7 +100,7 @@ def difference(case: Case, in_c: InC, steps: int) -> float:
 class Integrated:
     """The steps of a method from the start of a case, with its records."""
 
-    def __init__(self, case: Case):
+    def __init__(self, case: RopeRun):
         self.case, self.state, self.work = case, case.first_state(), new_workspace(case.plan)
         self.fields = np.zeros((0, 3, case.nodes))
         self.inputs: tuple = (np.zeros((0, 1)), np.zeros((0, 0)))

@@ -13,7 +13,8 @@ import numpy as np
 
 import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Start
-from cabledrive.simulation.case import Case, case_of
+from cabledrive.simulation.case import case_of
+from cabledrive.simulation.prepared import RopeRun
 
 DRIVE = cd.load_drive(
     "dissertation-2",
@@ -41,7 +42,7 @@ def pluck(x: np.ndarray) -> np.ndarray:
     return HEIGHT * np.sin(np.pi * x / LENGTH)
 
 
-def chain_case(pieces: int) -> Case:
+def chain_case(pieces: int) -> RopeRun:
     return case_of(
         DRIVE,
         DURATION,

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cabledrive.simulation.case import Case
 from cabledrive.simulation.plan import WEIGHT_W
+from cabledrive.simulation.prepared import RopeRun
 
 SOURCE = Path(__file__).with_name("plain_chain.c")
 COMPILE = ["gcc", "-O3", "-march=native", "-ffast-math", "-fopt-info-vec", "-fPIC", "-c"]
@@ -29,7 +29,7 @@ def compiled() -> tuple[ctypes.CDLL, int]:
     return ctypes.CDLL(str(folder / "chain.so")), len(places)
 
 
-def rim_masses(case: Case) -> np.ndarray:
+def rim_masses(case: RopeRun) -> np.ndarray:
     """Mass that moves with drive rim and load rim, J / r^2 and the half cells [kg]."""
     return np.diag(case.mesh.mass) / [own.radius**2 for own in case.machine.pulley]
 
@@ -37,7 +37,7 @@ def rim_masses(case: Case) -> np.ndarray:
 class InC:
     """Integrate of the C loop from the start of a case."""
 
-    def __init__(self, library: ctypes.CDLL, case: Case):
+    def __init__(self, library: ctypes.CDLL, case: RopeRun):
         state = case.first_state()
         last = case.mesh.spacing.size
         self.rows = [*(np.array(row) for row in state.x), *(np.array(row) for row in state.x_t)]
@@ -46,8 +46,8 @@ class InC:
         numbers = [
             case.mesh.spacing[0],
             case.grid.step,
-            case.law.pretension,
-            case.law.axial_rigidity,
+            case.laws[0].pretension,
+            case.laws[0].axial_rigidity,
             case.mesh.cells[1],
             drive.cable.transverse_damping,
             drive.layout.gravity,
@@ -67,12 +67,12 @@ class InC:
 class InNumpy:
     """The same step in numpy, u, v and w in one array."""
 
-    def __init__(self, case: Case):
+    def __init__(self, case: RopeRun):
         state, mesh = case.first_state(), case.mesh
         self.x, self.x_t, self.law, self.h, self.dt = (
             state.x,
             state.x_t,
-            case.law,
+            case.laws[0],
             mesh.spacing[0],
             case.grid.step,
         )

@@ -139,7 +139,7 @@ ROWS = {
                 ("printer-idlers", "--fields 2 -o run.nc", "fields"),
                 ("printer-idlers", "--pluck '1 mm'", "SPAN=HEIGHT"),
                 (D2, "--pluck 'left=1 mm'", "take one of upper; lower"),
-                (D2, "--torque-on motor", "torques by motor"),
+                (D2, "--torque-on motor", "the motors are drive pulley"),
                 (D2, "--travel", "travel"),
             )
         ],

@@ -98,7 +98,7 @@ def _sines(case, stretches, modes, swaying=False):
 def _floor(case, stretches, floor, modes, rng):
     """Displacement and speed of the floor in the planes v and w, half a step apart as they may be."""
     place, speed = np.zeros((2, case.nodes)), np.zeros((2, case.nodes))
-    law_speed = np.sqrt(case.law.pretension / case.mesh.density[0])
+    law_speed = np.sqrt(case.laws[0].pretension / case.mesh.density[0])
     for nodes, sines, kappa in _sines(case, stretches, modes, swaying=True):
         for shape, number in zip(sines, kappa, strict=True):
             for plane in range(2):

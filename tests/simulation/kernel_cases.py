@@ -15,7 +15,7 @@ from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.dampers import AS_BENT, AS_STRAIGHT
 from cabledrive.simulation.methods import NAMES, integrate_steps
-from cabledrive.simulation.network.mesh import network_plan, straight_ropes
+from cabledrive.simulation.network.mesh import network_plan, rest_of
 from cabledrive.simulation.plan import copy_state, new_state, new_workspace
 from cabledrive.simulation.start import Scheme
 
@@ -91,8 +91,9 @@ def setting(case):
 
 def loop_plan(drive, mesh, law, step, scheme, probes=(), forces=()):
     """Plan of a loop or a line that starts straight."""
-    rest = straight_ropes(mesh, gravity(as_machine(drive)))
-    return network_plan(mesh, [law] * len(mesh.pieces), rest, probes, step, scheme, forces)
+    laws = [law] * len(mesh.pieces)
+    rest = rest_of(mesh, laws, gravity(as_machine(drive)))
+    return network_plan(mesh, laws, rest, probes, step, scheme, forces)
 
 
 def joined(drive, mesh, x):

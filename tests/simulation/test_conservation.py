@@ -302,4 +302,4 @@ def test_a_motion_turned_round_goes_back_to_where_it_came_from(measured):
     measured(f"back within {error:.1e} m after {1e3 * moved:.1f} mm")
     assert moved > 1e-2
     assert error < 1e-12, f"{error:.1e} m beside the start"
-    assert state.extra[0] == pytest.approx(stored, abs=1e-12 * case.law.axial_rigidity)
+    assert state.extra[0] == pytest.approx(stored, abs=1e-12 * case.laws[0].axial_rigidity)

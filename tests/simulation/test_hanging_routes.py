@@ -7,7 +7,7 @@ from kernel_cases import heard
 import cabledrive as cd
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import Recording, Scheme, Start
-from cabledrive.simulation.network.case import network_case
+from cabledrive.simulation.case import case_of
 from oracles.hanging_machine import catenary_sag
 
 
@@ -77,7 +77,7 @@ def test_a_rope_between_anchors_hangs_as_the_catenary_formula_says():
     drive = cableway(30.0, cabin=False)
     expected, _ = catenary_sag(drive)
     errors = [
-        np.abs(network_case(as_machine(drive), 1.0, scheme=Scheme(segments=n)).rest.x[2]).max() / expected - 1
+        np.abs(case_of(as_machine(drive), 1.0, scheme=Scheme(segments=n)).rest.x[2]).max() / expected - 1
         for n in (20, 40)
     ]
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)

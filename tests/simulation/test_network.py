@@ -8,8 +8,9 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start
+from cabledrive.simulation.case import case_of
 from cabledrive.simulation.methods import time_grid
-from cabledrive.simulation.network.case import left_out, network_case
+from cabledrive.simulation.network.case import left_out
 from command import refused
 from network_samples import PRINTER_SPANS, as_route, printer_belt, route, routed, without_gravity
 
@@ -144,7 +145,7 @@ def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
         "recording": Recording(rate=1.0 / step),
     }
     found = cd.simulate(PRINTER, count * step, **given)
-    case = network_case(PRINTER, count * step, **given)
+    case = case_of(PRINTER, count * step, **given)
     mesh, state = case.mesh, case.first_state()
     mass = np.where(mesh.cells > 0.0, mesh.cells, np.inf)
     places = []

@@ -112,17 +112,17 @@ def test_the_compiled_steps_under_a_law_equal_the_readable_ones():
     case = case_of(drive, 0.01, **{**RUN, "scheme": Scheme(model=OwnExact, segments=12)}, forces=[push])
     ours, theirs, slack = (case.first_state() for _ in range(3))
     torque, forces = case.inputs(0, 40)
-    compiled = compiled_law(case.plan, case.law)
+    compiled = compiled_law(case.plan, case.laws[0])
     formula, numbers = (by_python, np.zeros(1)) if isinstance(compiled, str) else compiled
     work = new_workspace(case.plan)
     law_components(formula, numbers, ours.x, case.plan.segment[INVERSE_SPACING], work.p)
-    expected = case.law.excess_components(*np.diff(ours.x, axis=1) * case.plan.segment[INVERSE_SPACING])
+    expected = case.laws[0].excess_components(*np.diff(ours.x, axis=1) * case.plan.segment[INVERSE_SPACING])
     np.testing.assert_allclose(work.p, np.stack(np.broadcast_arrays(*expected)), rtol=1e-10, atol=1e-12)
     rows, fields = np.zeros((1, width_of(case.plan))), np.zeros((0, 3, 25))
     law, inputs = (formula, numbers, None, None, False), (work, torque, forces, 0, rows, fields)
     assert integrate(*law, case.plan, ours, *inputs) == DONE
     assert ours.counts[STEPS] == 40
-    integrate_reference(case.plan, theirs, work, torque, forces, 40, rows, fields, case.law)
+    integrate_reference(case.plan, theirs, work, torque, forces, 40, rows, fields, case.laws[0])
     for name in ("x", "x_t", "q", "extremes"):
         a, b = getattr(ours, name), getattr(theirs, name)
         np.testing.assert_allclose(a, b, atol=1e-11 * np.max(np.abs(b), initial=1e-300), err_msg=name)
@@ -238,7 +238,7 @@ class WithOnes(cd.CableLaw):
 
 def test_a_formula_with_numpys_own_makers_of_arrays_is_compiled():
     case = case_of(DRIVE, 0.01, **RUN | {"scheme": Scheme(segments=12, model=WithOnes)})
-    assert why_plain() or isinstance(compiled_law(case.plan, case.law), CompiledLaw)
+    assert why_plain() or isinstance(compiled_law(case.plan, case.laws[0]), CompiledLaw)
 
 
 # --- On a machine where numba is not to be had, every method runs in numpy and gives the same

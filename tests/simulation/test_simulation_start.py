@@ -33,11 +33,11 @@ from cabledrive.simulation import (
     Sweep,
     simulate,
 )
+from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import CHANNELS
 from cabledrive.simulation.methods import largest_stable_step
-from cabledrive.simulation.network.case import network_case
 from cabledrive.simulation.signals import checked_signal, signal_of
-from cabledrive.simulation.start import loop_at_start
+from cabledrive.simulation.start import at_start
 
 DRIVE, STIFF = load_drive("dissertation-2"), load_drive("dissertation-3")
 LENGTH = DRIVE.pulley_distance
@@ -47,7 +47,9 @@ MOTORED = load_drive("dissertation-3")
 
 def displaced(*plucks, drive=DRIVE, segments=40, **start):
     mesh = mesh_of(drive, segments)
-    return mesh, loop_at_start(drive, mesh, cable_law(drive.cable), Start(plucks=plucks, **start))[0]
+    return mesh, at_start(drive, mesh, [cable_law(drive.cable)], np.zeros(0), Start(plucks=plucks, **start))[
+        0
+    ]
 
 
 @pytest.mark.parametrize(("shape", "waves"), [("half-sine", 1), ("sine-2", 2), ("sine-5", 5)])
@@ -91,7 +93,7 @@ def test_the_largest_step_is_stable_and_not_far_below_the_limit(
 )
 def test_the_largest_step_of_a_machine_with_routes_is_stable_and_near_the_limit(name, segments):
     """Bodies that several ropes hold, short spans between idlers, springs: all axes of all ropes together."""
-    case = network_case(load_drive(name), 1e-3, scheme=Scheme(segments=segments))
+    case = case_of(load_drive(name), 1e-3, scheme=Scheme(segments=segments))
     stiffness = [law.largest_stiffness() for law in case.laws]
     springs, mass = chain_matrices(case.mesh, stiffness, axes=(0, 1, 2))
     product = np.sqrt(eigh(springs, mass, eigvals_only=True)[-1]) * case.grid.largest_step
@@ -123,7 +125,10 @@ LINE = replace(DRIVE, kind="line")
         ('method = "euler" is not one of its values', {"scheme": {"method": "euler"}}),
         ('slack = "stopp" is not one of its values .did you mean "stop"', {"scheme": {"slack": "stopp"}}),
         ("smoothing_speed = 0 rad/s", {"scheme": {"friction": "smoothed", "smoothing_speed": 0}}),
-        ("torque ends at 0.009 s, before the run", {"torque": Sampled(values=np.zeros(10), rate=1e3)}),
+        (
+            "torque on drive pulley ends at 0.009 s, before the run",
+            {"torque": Sampled(values=np.zeros(10), rate=1e3)},
+        ),
         ("height = nan m must be finite", {"pluck": {"height": np.nan}}),
         ('plane = "x" is not one', {"pluck": {"plane": "x"}}),
         ("place = 1.5 must lie between 0 and 1", {"pluck": {"place": 1.5}}),

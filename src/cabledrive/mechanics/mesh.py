@@ -27,9 +27,10 @@ from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Mot
 from cabledrive.mechanics.network.pieces import Piece, carriage_at
 from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.parameters.arrays import Array, Integers
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine, require_two_pulleys
 
 FEWEST_SEGMENTS = 3
 MOST_SEGMENTS = 1_000_000
@@ -75,6 +76,7 @@ class Mesh:
     network: Network
     wraps: tuple[Wrap, ...]
     names: tuple[str, ...]  # of the coordinates; "slip at NAME" where the rope may slide on a pulley
+    straight: bool  # whether displacements count from straight ropes under the pretension of the file
     pieces: tuple[str, ...]  # names: the span's, with a number where carriages cut it
     parts: tuple[tuple[Piece, ...], ...]  # of the network: what each piece consists of
     nodes: Integers  # (pieces, 2): first and last node
@@ -170,6 +172,7 @@ def divided(network: Network, segments: int, *, straight: bool = False) -> Mesh:
         network=network,
         wraps=wraps,
         names=(*network.motion.names, *(f"slip at {wrap.name}" for wrap in wraps)),
+        straight=straight,
         pieces=tuple(own[0].where.name for own in parts) if straight else piece_names(network),
         parts=parts,
         nodes=nodes,
@@ -197,11 +200,14 @@ SHAFTS = (*NAMES, f"rotor of {NAMES[0]}")
 """Coordinates of a loop or a line, where they move: drive pulley, load pulley, motor on a flexible joint."""
 
 
-def mesh_of(drive: Drive, segments: int) -> Mesh:
-    """Divide the straight cable of a loop or a line into segments, one per gap at least between carriages.
+def mesh_of(drive: Machine, segments: int) -> Mesh:
+    """Divide the ropes of a machine into segments; loops and lines straight, others as they hang.
 
     Refused: too few segments, or too many to be stored.
     """
+    if isinstance(drive, RoutedDrive):
+        return divided(network_of(drive), segments)
+    require_two_pulleys(drive, "`simulate`")
     machine = as_machine(replace(drive, layout=replace(drive.layout, gravity=0.0)))
     carried = [Motion(machine).carriage_name(number) for number in range(len(machine.carriage))]
     mesh = divided(network_of(machine, hold=carried), segments, straight=True)

@@ -25,7 +25,7 @@ from cabledrive.simulation.keeping import MOST_MEMORY, RESULT, part_of
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import Function, checked_signal
-from cabledrive.simulation.start import loop_at_start
+from cabledrive.simulation.start import at_start
 
 SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
 
@@ -314,7 +314,7 @@ def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[A
         raise InputRefused(
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
         )
-    place, speed, _, _ = loop_at_start(drive, mesh, cable_law(drive.cable), start)
+    place, speed, _, _ = at_start(drive, mesh, [cable_law(drive.cable)], np.zeros(0), start)
     sines = [_sines(mesh, field, model.slopes.size) for field in (place, speed)]
     moving = 4 if any(np.any(part[2:]) for part in sines) else 2
     first = drive.drive_pulley.radius

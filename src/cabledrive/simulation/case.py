@@ -1,20 +1,22 @@
-"""Everything that is decided before the first step of a run of a loop or a line."""
+"""Everything that is decided before the first step of a run, and how that of a loop or a line is read."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.cable_laws import cable_law, taut_law
-from cabledrive.mechanics.compiled import why_plain
-from cabledrive.mechanics.mesh import SHAFTS, Mesh, gradients, mesh_of, turns_of
-from cabledrive.mechanics.network.motion import gravity
+from cabledrive.mechanics.mesh import SHAFTS, gradients, mesh_of, turns_of
+from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gravity
 from cabledrive.mechanics.statics import angles_of, equilibrium
+from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
@@ -29,31 +31,21 @@ from cabledrive.simulation.channels import (
 from cabledrive.simulation.error_estimate import ErrorEstimate, estimated_errors
 from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.methods import check_method, largest_stable_step, time_grid
-from cabledrive.simulation.network.mesh import network_plan, straight_ropes
-from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
-from cabledrive.simulation.plan import State, new_state
+from cabledrive.simulation.network.case import NetworkCase, check_routes, motor_torques, routed_channels
+from cabledrive.simulation.network.mesh import network_plan, rest_of
+from cabledrive.simulation.own_law import law_fingerprint
+from cabledrive.simulation.plan import State, kernel_number, new_state
 from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.result import neglected
-from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces, checked_signal
-from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, loop_at_start
+from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces
+from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Case(RopeRun):
+class LoopCase(RopeRun):
     """A run of a loop or a line that has not begun."""
 
     machine: Drive
-    mesh: Mesh
-
-    @property
-    def law(self) -> CableLaw:
-        """The cable law."""
-        return self.laws[0]
-
-    @cached_property
-    def interpreted(self) -> str | None:
-        """Why the steps are not compiled, in one line; None if they are."""
-        return why_interpreted(self.plan, self.law) if self.plan.law == at.OWN else why_plain()
 
     @property
     def width(self) -> int:
@@ -83,19 +75,6 @@ class Case(RopeRun):
         rows[:, WEIGHT_ENERGY + 1 : WIDTH] = np.hstack([tallies, balance])
         rows[:, WIDTH:] = found[:, 5 * spans : middle]
         return rows
-
-    def why(self, code: int, state: State) -> str:
-        """Why steps ended early, in one line."""
-        if code != at.TOO_STIFF:
-            return super().why(code, state)
-        over = stiffness_over_limit(self.plan, self.law, state.x)
-        span, segment = divmod(int(np.argmax(over)), len(self.positions[0]) - 1)
-        return (
-            f"the law {self.law_name} is too stiff for the step of {self.grid.step:.4g} s at "
-            f"t = {state.counts[at.STEPS] * self.grid.step:.6g} s in the {self.names[span]} span at "
-            f"{self.positions[span][segment]:.4g} m: give a step of at most "
-            f"{self.grid.step / np.sqrt(over.max()):.4g} s"
-        )
 
     def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
@@ -135,7 +114,7 @@ class Case(RopeRun):
     @cached_property
     def rest_energy(self) -> float:
         """Energy at rest under gravity, drive pulley held, above that of the straight cable [J]."""
-        mesh, law = self.mesh, taut_law(self.law)
+        mesh, law = self.mesh, taut_law(self.laws[0])
         if not self.machine.layout.gravity:
             return 0.0
         x, _ = equilibrium(self.machine, mesh, law, hold="drive")
@@ -151,59 +130,75 @@ class Case(RopeRun):
         angles, found = np.sort(turns_of(self.mesh) @ reached.T, axis=1).tolist(), {}
         for name, own in zip(("drive", "load", "motor"), angles, strict=True):
             found[f"{name}_angle_min"], found[f"{name}_angle_max"] = own
-        for span, (v, w) in zip(self.names, state.peaks.tolist(), strict=True):
+        for span, (v, w) in zip(self.mesh.pieces, state.peaks.tolist(), strict=True):
             found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
         return found
 
 
 def case_of(
-    drive: Drive,
+    drive: Machine,
     duration: float,
     *,
-    torque: Signal | float | Function = 0.0,
+    torque: Mapping[str, Signal | float | Function] | Signal | float | Function = 0.0,
     forces: Sequence[CarriageForce] = (),
     start: Start | None = None,
     scheme: Scheme | None = None,
     recording: Recording | None = None,
-) -> Case:
-    """Check and prepare a run of some duration [s]; what cannot be run is refused.
-
-    ``torque``: of the motor, on the drive pulley where there is none [N m].
-    """
+) -> RopeRun:
+    """Check and prepare a run; what cannot be run is refused. Arguments as of `simulate`."""
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
-    if start.places or start.speeds:
-        raise InputRefused('start: places and speeds are for machines of kind "route": give angles')
     mesh = mesh_of(drive, scheme.segments)
-    law = cable_law(drive.cable, scheme.model, tension_only=scheme.slack == "tension-only")
-    laws = [law] * len(mesh.pieces)
+    if not mesh.straight:
+        check_routes(mesh.network.drive, scheme, recording, start)
+    elif start.places or start.speeds:
+        raise InputRefused('start: places and speeds are for machines of kind "route": give angles')
+    cables = (
+        Cable(given_rigidity=float(rigidity), mass_per_length=1.0, pretension=float(tension))
+        for tension, rigidity in zip(mesh.tension, mesh.rigidity, strict=True)
+    )
+    laws = [cable_law(one, scheme.model, tension_only=scheme.slack == "tension-only") for one in cables]
     grid = time_grid(duration, largest_stable_step(mesh, laws), scheme, recording.rate, mesh.size)
-    signal = checked_signal(torque, "torque", duration, grid.step)
+    torques = motor_torques(mesh.driven, torque, duration, grid.step)
     pushes = checked_forces(drive, forces, duration, grid.step)
-    nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces]
-    rest = straight_ropes(mesh, gravity(as_machine(drive)))
+    if kernel_number(laws[0]) == at.OWN and not mesh.straight:
+        raise InputRefused("laws of one's own are not simulated on routes: take a packaged law")
+    rest = rest_of(mesh, laws, gravity(as_machine(drive)))
+    nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces if mesh.straight]
     plan = network_plan(mesh, laws, rest, recording.probes, grid.step, scheme, nodes)
     check_method(scheme.method, plan)
-    x, x_t, q, q_t = loop_at_start(drive, mesh, law, start)
-    return Case(
-        machine=drive,
-        scheme=scheme,
-        recording=recording,
-        grid=grid,
-        channels=CHANNELS,
-        torques=(signal,),
-        holding=np.array([drive.motor.offset_torque if drive.motor else 0.0]),
-        plan=plan,
-        laws=laws,
-        forces=pushes,
-        start=new_state(plan, x, x_t, q, q_t),
-        mesh=mesh,
-        names=mesh.pieces,
-        positions=mesh.positions,
-        settings={
-            "law": law_fingerprint(law),
-            "torque": signal.fingerprint,
-            "forces": [push.fingerprint for push in pushes],
-            "force_places": plan.force.tolist(),
-            "start": sha256(b"".join(own.tobytes() for own in (x, x_t, q, q_t))).hexdigest(),
-        },
+    x, x_t, q, q_t = at_start(drive, mesh, laws, rest.x, start)
+    settings = {
+        "law": law_fingerprint(laws[0]),
+        "torque": [signal.fingerprint for signal in torques],
+        "forces": [push.fingerprint for push in pushes],
+        "force_places": plan.force.tolist(),
+        "start": sha256(b"".join(own.tobytes() for own in (x, x_t, q, q_t))).hexdigest(),
+    }
+    common: dict[str, Any] = {
+        "machine": drive,
+        "scheme": scheme,
+        "recording": recording,
+        "grid": grid,
+        "laws": laws,
+        "mesh": mesh,
+        "rest": rest,
+        "settings": settings,
+        "start": new_state(plan, x, x_t, q, q_t),
+    }
+    if mesh.straight:
+        holding = np.array([sum(motor.offset_torque for motor in drive.motors)])
+        common |= {"torques": torques, "forces": pushes, "holding": holding, "channels": CHANNELS}
+        return LoopCase(plan=plan, **common)
+    ways = dict(zip(PLANES, (ALONG, OUT_OF_PLANE, ACROSS), strict=True))
+    pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]
+    units = np.eye(len(mesh.names))[[mesh.names.index(name) for name in pushed]]
+    points = [f"the middle of {span}" for span in mesh.pieces]
+    points += [f"{place:g} m of {span}" for span, place in recording.probes]
+    return NetworkCase(
+        plan=plan._replace(motor=np.vstack([plan.motor, units])),
+        torques=(*torques, *pushes),
+        forces=(),
+        holding=np.zeros(len(torques) + len(pushes)),
+        channels=routed_channels(mesh.names, mesh.driven, mesh.pieces, pushed, points),
+        **common,
     )

@@ -9,11 +9,9 @@ from typing import Any, cast
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.error_estimate import check_halves
 from cabledrive.simulation.loop_result import SimulationResult
-from cabledrive.simulation.network.case import network_case
 from cabledrive.simulation.run import keep_run
 from cabledrive.simulation.signals import CarriageForce, Function, Signal
 from cabledrive.simulation.start import Pluck, Recording, Scheme, Start
@@ -94,19 +92,13 @@ def simulate(
     keeping: Any = {"output": output, "force": force, "resume": resume, "progress": progress}
     asked: Any = {"torque": torque, "recording": recording, "scheme": scheme}
     asked["start"] = start if isinstance(start, Start) else Start(plucks=tuple(start or ()))
-    routes = isinstance(drive, RoutedDrive)
-    if not routes:
-        require_two_pulleys(drive, "`simulate`")
-    if travel and (not routes or forces or error_estimate):
-        raise InputRefused('travel is for machines of kind "route", without forces and error_estimate')
-    if isinstance(torque, Mapping) and not routes:
-        raise InputRefused('torques by motor are for machines of kind "route": give one')
     case: Any
-    if isinstance(drive, RoutedDrive) and travel:
+    if travel:
+        if not isinstance(drive, RoutedDrive) or forces or error_estimate:
+            raise InputRefused('travel is for machines of kind "route", without forces and error_estimate')
         case = travel_case(drive, duration, move=None if travel is True else travel, **asked)
     else:
-        made: Any = network_case if routes else case_of
-        prepare = partial(made, drive, duration, forces=forces)
+        prepare = partial(case_of, drive, duration, forces=forces)
         case = prepare(**asked)
         if error_estimate:
             check_halves(case.scheme)

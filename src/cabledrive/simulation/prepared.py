@@ -14,6 +14,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.compiled import why_plain
+from cabledrive.mechanics.mesh import Mesh
 from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.schema import content_hash
@@ -22,6 +23,8 @@ from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import Channel, width_of
 from cabledrive.simulation.methods import TimeGrid, auxiliary, integrate_steps
+from cabledrive.simulation.network.mesh import Rest
+from cabledrive.simulation.own_law import stiffness_over_limit, why_interpreted
 from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_workspace
 from cabledrive.simulation.result import RunResult, SlackEvent
 from cabledrive.simulation.signals import Signal
@@ -203,11 +206,11 @@ class RopeRun(PreparedRun):
     """A run of ropes between coordinates, as the kernels take it."""
 
     plan: Plan
+    mesh: Mesh
     laws: list[CableLaw]  # of each piece
-    forces: tuple[Signal, ...] = ()
+    rest: Rest
+    forces: tuple[Signal, ...]  # on nodes
     start: State  # displacements and velocities at t = 0
-    names: tuple[str, ...]  # of the pieces
-    positions: list[Array]  # distances of the nodes of each piece from its start [m]
     coarser: Callable[[Scheme], "RopeRun"] | None = None
     """The same run with another scheme, where its discretisation error is to be estimated."""
 
@@ -215,6 +218,11 @@ class RopeRun(PreparedRun):
     def nodes(self) -> int:
         """Nodes of all ropes."""
         return int(self.plan.node.shape[1])
+
+    @cached_property
+    def interpreted(self) -> str | None:
+        """Why the steps are not compiled, in one line; None if they are."""
+        return why_interpreted(self.plan, self.laws[0]) if self.plan.law == at.OWN else why_plain()
 
     @property
     def law_name(self) -> str:  # type: ignore[override]
@@ -254,18 +262,32 @@ class RopeRun(PreparedRun):
             : min(int(state.counts[at.EVENTS]), at.MOST_EVENTS)
         ]:
             k, middle = int(piece), slice(int(segment), int(segment) + 2)
-            place, time = float(self.positions[k][middle].mean()), float(step * self.grid.step)
-            events.append(SlackEvent(time=time, span=self.names[k], position=place, tension=float(tension)))
+            place, time = float(self.mesh.positions[k][middle].mean()), float(step * self.grid.step)
+            events.append(
+                SlackEvent(time=time, span=self.mesh.pieces[k], position=place, tension=float(tension))
+            )
         return tuple(events)
 
     def why(self, code: int, state: State) -> str:
         """Why steps ended early, in one line."""
+        if code == at.TOO_STIFF:
+            return self._too_stiff(state)
         if code != at.SLACK:
             when = state.counts[at.STEPS] * self.grid.step
             return f"diverged: the energy is not finite from t = {when:.6g} s on: lower cfl or the input"
         event = self.slack_events(state)[-1]
         said = f"the {event.span} span goes slack at t = {event.time:.6g} s, x = {event.position:.4g} m"
         return f"{said} ({event.tension:.3g} N): raise the pretension, lower the input or allow slack"
+
+    def _too_stiff(self, state: State) -> str:
+        mesh, over = self.mesh, stiffness_over_limit(self.plan, self.laws[0], state.x)
+        span, segment = divmod(int(np.argmax(over)), len(mesh.positions[0]) - 1)
+        return (
+            f"the law {self.law_name} is too stiff for the step of {self.grid.step:.4g} s at "
+            f"t = {state.counts[at.STEPS] * self.grid.step:.6g} s in the {mesh.pieces[span]} span at "
+            f"{mesh.positions[span][segment]:.4g} m: give a step of at most "
+            f"{self.grid.step / np.sqrt(over.max()):.4g} s"
+        )
 
     @abstractmethod
     def columns(self, found: Array) -> Array:

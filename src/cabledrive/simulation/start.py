@@ -14,7 +14,8 @@ from cabledrive.mechanics.statics import angles_of, equilibrium
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning, nearest
-from cabledrive.parameters.route.two_pulleys import SENSE
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import NAMES, SENSE
 
 PLANES = ("u", "v", "w")
 Profile = ArrayLike | Callable[[Array], ArrayLike]
@@ -173,24 +174,29 @@ def placed(
     return x + plucked(mesh.spans, plucks, lengths=what == "places"), q
 
 
-def loop_at_start(drive: Drive, mesh: Mesh, law: CableLaw, start: Start) -> tuple[Array, Array, Array, Array]:
-    """Displacements and velocities at t = 0 of the nodes of a loop or a line, (3, nodes), and of q, (n,).
+def at_start(
+    drive: Machine, mesh: Mesh, laws: Sequence[CableLaw], rest: Array, start: Start
+) -> tuple[Array, Array, Array, Array]:
+    """Displacements and velocities at t = 0 of the nodes, (3, nodes), and of the coordinates, (n,).
 
-    Raises `InputRefused` if a pluck does not fit the drive, a fixed pulley turns, or the cable would start
-    slack though it may not go slack.
+    ``rest``: displacements where the coordinates are 0. Raises `InputRefused` if the start does not fit the
+    machine, or a straight cable would start slack though it may not go slack.
     """
-    turned = [
-        {name: SENSE * own for name, own in zip(SHAFTS, (turn, load, turn), strict=True) if own}
-        for turn, load in ((start.drive_angle, start.load_angle), (start.drive_speed, start.load_speed))
-    ]
-    for own in turned:
-        if SHAFTS[2] not in mesh.names:
-            own.pop(SHAFTS[2], None)
-    x, q = placed(mesh, turned[0], start.plucks, "places")
-    x_t, q_t = placed(mesh, turned[1], start.kicks, "speeds")
+    places, speeds, law = start.places, start.speeds, laws[0]
+    if mesh.straight:  # the rotor turns with the drive pulley
+        shafts = SHAFTS if SHAFTS[2] in mesh.names else NAMES
+        places, speeds = (
+            {name: SENSE * own for name, own in zip(shafts, (turn, load, turn), strict=False) if own}
+            for turn, load in ((start.drive_angle, start.load_angle), (start.drive_speed, start.load_speed))
+        )
+    x, q = placed(mesh, places, start.plucks, "places")
+    x_t, q_t = placed(mesh, speeds, start.kicks, "speeds")
+    if not mesh.straight:
+        return x + rest, x_t, q, q_t
+    assert isinstance(drive, Drive)
     if start.from_equilibrium:
-        rest, (holding, _) = equilibrium(drive, mesh, law, hold=start.hold)
-        x, q = x + rest, q + np.linalg.lstsq(turns_of(mesh), angles_of(drive, mesh, rest))[0]
+        hung, (holding, _) = equilibrium(drive, mesh, law, hold=start.hold)
+        x, q = x + hung, q + np.linalg.lstsq(turns_of(mesh), angles_of(drive, mesh, hung))[0]
         motor = drive.motor
         # The motor's torque or its holding stiffness carries the weights through a flexible joint, if either.
         if motor and motor.joint_stiffness and (start.hold != "none" or motor.holding_stiffness):

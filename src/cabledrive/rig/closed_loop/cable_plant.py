@@ -24,10 +24,11 @@ from cabledrive.rig.closed_loop.chain_kernels import (
 from cabledrive.rig.closed_loop.loop_kernels import loop_over
 from cabledrive.rig.setting import RigOptions, current_rate
 from cabledrive.simulation import Recording, Scheme, Start
-from cabledrive.simulation.case import Case, case_of
+from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.kernels import integrate
 from cabledrive.simulation.plan import PRETENSION, Plan, State, Workspace, new_state, new_workspace
+from cabledrive.simulation.prepared import RopeRun
 
 HANGS = 0.01  # share of the pretension below which a span hangs from its ends: it sags rather than pushes
 
@@ -139,7 +140,7 @@ class CablePlant:
     """The cable as it will be integrated, from sample to sample."""
 
     drive: Drive  # with the stiffness and damping that the distributed cable has
-    case: Case  # one record per sample
+    case: RopeRun  # one record per sample
     numbers: CableNumbers
     start: Array  # displacements and velocities of the nodes and the coordinates at rest, in a row
 
@@ -172,7 +173,7 @@ def cable_plant(
         recording=Recording(rate=1.0 / interval),
     )
     state = case.first_state()
-    radii = [own.radius / case.machine.drive_pulley.radius for own in case.machine.pulley]
+    radii = [pulley.radius / own.drive_pulley.radius for pulley in own.pulley]
     turns = SENSE * np.array([1.0] * (chain.size - 2) + radii)
     numbers = CableNumbers(
         shafts=chain.size,
@@ -245,7 +246,7 @@ def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]
     across = min(m.frequency for m in modes(drive, count=1).modes if m.kind == "transverse")
     ratio = across / pulley
     return {
-        "segments": len(case.positions[0]) - 1,
+        "segments": len(case.mesh.positions[0]) - 1,
         "step": case.grid.step,
         "steps_per_sample": case.grid.every,
         "stiffness": drive.cable.axial_rigidity / length,

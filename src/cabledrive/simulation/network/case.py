@@ -2,19 +2,13 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import Mesh, divided
-from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.ranges import ALLOWED, AT_PULLEYS, sag_words, turned_at_pulleys
-from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.channels import (
@@ -28,13 +22,10 @@ from cabledrive.simulation.channels import (
     Channel,
 )
 from cabledrive.simulation.error_estimate import estimated_errors
-from cabledrive.simulation.methods import largest_stable_step, time_grid
-from cabledrive.simulation.network.mesh import Rest, network_plan, rest_of
-from cabledrive.simulation.plan import OWN, kernel_number, new_state
 from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
 from cabledrive.simulation.result import NetworkResult, neglected
-from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces, checked_signal
-from cabledrive.simulation.start import OF_LOOPS, PLANES, Recording, Scheme, Start, placed
+from cabledrive.simulation.signals import Function, Signal, checked_signal
+from cabledrive.simulation.start import OF_LOOPS, PLANES, Recording, Scheme, Start
 
 
 def routed_channels(
@@ -100,9 +91,6 @@ def slides(name: str) -> bool:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NetworkCase(RopeRun):
     """A run of a machine with routes that has not begun; torques: beyond what holds it at rest."""
-
-    mesh: Mesh
-    rest: Rest
 
     def columns(self, found: Array) -> Array:
         """The columns of a machine with routes, from what the kernels record."""
@@ -187,64 +175,6 @@ def left_out(drive: RoutedDrive) -> tuple[str, ...]:
     return (*given, *neglected(drive.ropes, drive.motors))
 
 
-def network_case(
-    drive: RoutedDrive,
-    duration: float,
-    *,
-    torque: Mapping[str, Signal | float | Function] | Signal | float | Function = 0.0,
-    forces: Sequence[CarriageForce] = (),
-    start: Start | None = None,
-    scheme: Scheme | None = None,
-    recording: Recording | None = None,
-) -> NetworkCase:
-    """Check and prepare a run; arguments as of `simulate`."""
-    start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
-    _check(drive, scheme, recording, start)
-    mesh = divided(network_of(drive), scheme.segments)
-    cables = (
-        Cable(given_rigidity=float(rigidity), mass_per_length=1.0, pretension=float(tension))
-        for tension, rigidity in zip(mesh.tension, mesh.rigidity, strict=True)
-    )
-    laws = [cable_law(one, scheme.model, tension_only=scheme.slack == "tension-only") for one in cables]
-    grid = time_grid(duration, largest_stable_step(mesh, laws), scheme, recording.rate, mesh.size)
-    torques = motor_torques(mesh.driven, torque, duration, grid.step)
-    torques += checked_forces(drive, forces, duration, grid.step)
-    ways = {"u": ALONG, "v": OUT_OF_PLANE, "w": ACROSS}
-    pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]
-    if kernel_number(laws[0]) == OWN:
-        raise InputRefused(
-            'kind = "route": laws of one\'s own are not simulated on routes: take a packaged law'
-        )
-    rest = rest_of(mesh, laws)
-    x, q = placed(mesh, start.places, start.plucks, "places")
-    x_t, q_t = placed(mesh, start.speeds, start.kicks, "speeds")
-    points = [f"the middle of {span}" for span in mesh.pieces]
-    points += [f"{place:g} m of {span}" for span, place in recording.probes]
-    plan = network_plan(mesh, laws, rest, recording.probes, grid.step, scheme)
-    units = np.eye(len(mesh.names))[[mesh.names.index(name) for name in pushed]]
-    plan = plan._replace(motor=np.vstack([plan.motor, units]))
-    return NetworkCase(
-        machine=drive,
-        scheme=scheme,
-        recording=recording,
-        grid=grid,
-        channels=routed_channels(mesh.names, mesh.driven, mesh.pieces, pushed, points),
-        torques=torques,
-        holding=np.zeros(len(torques)),
-        plan=plan,
-        laws=laws,
-        start=new_state(plan, rest.x + x, x_t, q, q_t),
-        mesh=mesh,
-        names=mesh.pieces,
-        positions=mesh.spans[1],
-        rest=rest,
-        settings={
-            "torque": [signal.fingerprint for signal in torques],
-            "start": sha256(b"".join(array.tobytes() for array in (x, x_t, q, q_t))).hexdigest(),
-        },
-    )
-
-
 def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:
     """What no run of a machine with routes has: whether it is there, and what to do."""
     running = next((data.name for data in drive.route if data.speed), "")
@@ -254,7 +184,8 @@ def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:
     ]
 
 
-def _check(drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Start) -> None:
+def check_routes(drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Start) -> None:
+    """Refuse what no run of a machine with routes has."""
     both = zip(drive.route, drive.ropes, strict=True)
     damped = next((data.name for data, rope in both if rope.axial_damping), "")
     for refused, why in (

@@ -13,7 +13,6 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.mesh import Mesh, Wrap, weights_of
 from cabledrive.mechanics.network import Network
-from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.statics import hanging_gradients, segment_forces
 from cabledrive.parameters.arrays import Integers
 from cabledrive.simulation import plan as at
@@ -58,14 +57,14 @@ class Rest(NamedTuple):
     energy: float  # of ropes and their weight, above that of the straight lines [J]
 
 
-def straight_ropes(mesh: Mesh, g: Array) -> Rest:
-    """Straight ropes with their weights, which nothing balances yet; arguments as of `weights_of`."""
-    return Rest(np.zeros((3, mesh.size)), *weights_of(mesh, g), 0.0)
+def rest_of(mesh: Mesh, laws: Sequence[CableLaw], g: Array) -> Rest:
+    """How the ropes hang, or straight ropes with weights that nothing balances yet.
 
-
-def rest_of(mesh: Mesh, laws: Sequence[CableLaw]) -> Rest:
-    """How the ropes hang; ``laws``: of each piece."""
-    x, (weight, _) = np.zeros((3, mesh.size)), weights_of(mesh, gravity(mesh.network.drive))
+    ``laws``: of each piece; ``g``, (2,): gravity in the plane of the machine [m/s^2].
+    """
+    x, (weight, on_q) = np.zeros((3, mesh.size)), weights_of(mesh, g)
+    if mesh.straight:
+        return Rest(x, weight, on_q, 0.0)
     force, energy = np.zeros(len(mesh.names)), 0.0
     for k, (law, (first, last)) in enumerate(zip(laws, mesh.nodes.tolist(), strict=True)):
         h = mesh.spacing[first:last]
