@@ -14,7 +14,7 @@ from cabledrive.mechanics import rest_state
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.mesh import gradients, mesh_of, weights_of
 from cabledrive.mechanics.network.motion import gravity
-from cabledrive.mechanics.spans import strings_at_rest
+from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.mechanics.statics import equilibrium
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
@@ -91,7 +91,7 @@ def test_section_that_hangs_slack_is_refused():
     drive = cd.load_drive("elevator", overrides=["cable.pretension=2 kN"])
     assert rest_state(drive).lowest_tension < 0.0
     with pytest.raises(cd.NotComputed, match="hangs slack at rest"):
-        strings_at_rest(drive)
+        transverse_chains(drive, rest=rest_state(drive))
 
 
 # --- Sag under gravity and carriages: closed forms, order of convergence, balance of the pulleys

@@ -57,7 +57,7 @@ def test_the_data_of_a_plot_are_whole():
     # 15 kg hang at a third of 60 m under about 1000 N: H y = m g a b / L, plus the weight of the rope
     weight, rope = 15.0 * 9.81, 0.0091 * 9.81
     deep = weight * 20.0 * 40.0 / 60.0 / 1000.0 + rope * 20.0 * 40.0 / 2.0 / 1000.0
-    assert -numbers["Height over the line of the pulleys"].min() == pytest.approx(deep, rel=0.01)
+    assert -numbers["Height over the line between its ends"].min() == pytest.approx(deep, rel=0.01)
     assert numbers["Tension"].max() == pytest.approx(np.hypot(1000.0, weight * 2 / 3 + rope * 30.0), rel=1e-3)
 
 

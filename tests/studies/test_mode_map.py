@@ -13,6 +13,7 @@ from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import moved
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
 from cabledrive.studies.mode_map import SAME, Grid, distinct, map_modes
 from cabledrive.studies.motion_snapshot import Snapshot, tracked
@@ -203,3 +204,37 @@ def test_modes_nearer_than_a_share_of_their_frequency_are_one():
         found = [SimpleNamespace(frequency=one, **alike) for one in (hertz, near, far)]
         listed = distinct(None, SimpleNamespace(modes=found), 10.0 * hertz)["modes"]
         assert [one.hertz for one in listed] == [hertz, far]
+
+
+# --- Modes followed along a figure, of any machine
+
+
+@pytest.mark.parametrize(
+    "name, key, values",
+    [
+        ("linear-axis", "carriage.0.position", np.linspace(0.2, 1.8, 7)),
+        ("printer-belt", "carriage.0.mass", np.geomspace(0.1, 1.0, 5)),
+    ],
+)
+def test_a_loop_and_its_machine_with_routes_are_followed_alike(name, key, values, measured):
+    drive = cd.load_drive(name, overrides=["layout.gravity=0"])
+    longer = 1.0 + drive.cable.prestrain if key.endswith("position") else 1.0
+    one = cd.frequency_against(drive, key, values, modes=4)
+    other = cd.frequency_against(as_machine(drive), key, values * longer, modes=4)
+    off = float(np.abs(other.frequency.values / one.frequency.values - 1.0).max())
+    measured(f"{off:.1e}")
+    assert off < 1e-9, off
+    assert list(other.crossing_kind.values) == list(one.crossing_kind.values)
+    assert other.crossing_value.values == pytest.approx(one.crossing_value.values * longer, rel=1e-4)
+
+
+def test_the_curves_of_a_machine_with_routes_are_its_listed_modes_and_as_symmetric_as_it():
+    drive, values = cd.load_drive("corexy"), np.linspace(0.06, 0.36, 5)
+    found = cd.frequency_against(drive, "head.x", values, modes=3)
+    for value in values:
+        listed = cd.natural_frequencies(varied_together(drive, {"head.x": value}), count=3)[:3]
+        np.testing.assert_allclose(np.sort(found.frequency.sel(value=value).values)[:3], listed, rtol=1e-11)
+    np.testing.assert_allclose(found.frequency, found.frequency[:, ::-1], rtol=1e-3)
+    running = cd.load_drive("corexy", overrides=["route.0.speed=1"])
+    with pytest.raises(cd.InputRefused, match="runs"):
+        cd.frequency_against(running, "head.x", values)

@@ -12,6 +12,7 @@ import pyarrow.parquet
 import pytest
 from scipy.io import wavfile
 
+from cabledrive.mechanics.spans import rigid_mass
 from cabledrive.parameters import drive_text, load_drive, packaged_drives, packaged_text
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.rig import track
@@ -64,7 +65,15 @@ def test_a_measured_response_stands_over_the_computed_one(studio):
     np.testing.assert_allclose(found["computed"], 1 / (inertia * omega**2), rtol=0.02)
     assert found["frequency_hz"] == hertz[1:]
     assert found["output"] == "motor angle"
-    refused = studio.get("/studies/1/response?drive=dissertation-transporter").json()
+    carried, belt = load_drive("dissertation-transporter"), load_drive("printer-idlers")
+    found = studio.get("/studies/1/response?drive=dissertation-transporter").json()
+    inertia = rigid_mass(carried) * carried.drive_pulley.radius**2
+    np.testing.assert_allclose(found["computed"], 1 / (inertia * omega**2), rtol=0.02)
+    found = studio.get("/studies/1/response?drive=printer-idlers").json()
+    turned = sum(own.inertia / own.radius**2 for own in belt.pulley) + belt.body[0].mass
+    inertia = belt.motor[0].inertia + turned * belt.pulley[belt.driven[0]].radius ** 2
+    np.testing.assert_allclose(found["computed"], 1 / (inertia * omega**2), rtol=0.02)
+    refused = studio.get("/studies/1/response?drive=camera-winches").json()
     assert refused["computed"] == []
     assert "No computed response" in refused["words"]
 

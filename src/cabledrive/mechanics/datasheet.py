@@ -10,12 +10,13 @@ from cabledrive.answers.figures import figure, rounded
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
 from cabledrive.mechanics.network.rest_forces import sag_parameter
+from cabledrive.mechanics.network.span_table import ELASTIC_RULE, route_warnings, strained, worn
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys, two_pulleys
 
 
 def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
@@ -191,7 +192,6 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
     )
 
 
-ELASTIC_RULE = 0.02  # strain, where the file states no limit
 SMALL_SAG = 0.01  # of the span
 SMALL_IRVINE = 1.0  # the sag has then raised the tension by 4 %
 STIFFNESS_TOLERANCE = 0.2
@@ -210,21 +210,23 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
-    from cabledrive.mechanics.network.span_table import route_warnings, worn
+    own = two_pulleys(drive)
+    if own is None:
+        return (*route_warnings(as_machine(drive)), *_rotors(drive))
+    sheet = derived_quantities(own)
+    checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _joint, _goal_and_sampling)
+    lines = [line for check in checks for line in check(own, sheet)]
+    rated = (own.cable.strength, own.cable.least_radius) != (None, None)
+    return (*lines, *_rotors(own), *(worn(as_machine(own)) if rated else ()))
 
-    if isinstance(drive, RoutedDrive):
-        return route_warnings(drive)
-    sheet = derived_quantities(drive)
-    checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _motor, _goal_and_sampling)
-    lines = [line for check in checks for line in check(drive, sheet)]
-    rated = (drive.cable.strength, drive.cable.least_radius) != (None, None)
-    return (*lines, *(worn(as_machine(drive)) if rated else ()))
 
-
-def warnings_of_rest(drive: Drive) -> tuple[str, ...]:
+def warnings_of_rest(drive: Machine) -> tuple[str, ...]:
     """Warnings that touch what is said of vibrations, a line each: slack at rest, strain and sag."""
-    sheet = derived_quantities(drive)
-    return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(drive, sheet))
+    own = two_pulleys(drive)
+    if own is None:
+        return tuple(strained(as_machine(drive)))
+    sheet = derived_quantities(own)
+    return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(own, sheet))
 
 
 def largest_pretension(drive: Drive) -> float:
@@ -345,8 +347,8 @@ def _stiffness(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         )
 
 
-def _motor(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A motor joint softer than the cable, a rotor that is heavier than the motor it is a part of."""
+def _joint(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
+    """A motor joint softer than the cable."""
     joint, cable = sheet.joint_mode_frequency_hz, sheet.cable_mode_frequency_hz
     if joint is not None and cable is not None and joint < cable:
         yield (
@@ -354,13 +356,18 @@ def _motor(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
             "keep the joint in the model, or stiffen motor.joint_stiffness by a factor above "
             f"{(cable / joint) ** 2:.3g}"
         )
-    reflected = sheet.reflected_rotor_inertia
-    if drive.motor is not None and reflected is not None and reflected > drive.motor.inertia * (1.0 + 1e-9):
-        yield (
-            f"the rotor alone is {reflected:.4g} kg m^2 through the gear, above motor.inertia = "
-            f"{drive.motor.inertia:.4g} kg m^2, which should hold it: check motor.inertia, "
-            "motor.rotor_inertia and motor.gear_ratio"
-        )
+
+
+def _rotors(drive: Machine) -> Iterator[str]:
+    """A rotor that is heavier than the motor it is a part of."""
+    for motor in drive.motors:
+        reflected = (motor.rotor_inertia or 0.0) * (motor.gear_ratio or 0.0) ** 2
+        if reflected > motor.inertia * (1.0 + 1e-9):
+            yield (
+                f"the rotor alone is {reflected:.4g} kg m^2 through the gear, above motor.inertia = "
+                f"{motor.inertia:.4g} kg m^2, which should hold it: check motor.inertia, "
+                "motor.rotor_inertia and motor.gear_ratio"
+            )
 
 
 def _goal_and_sampling(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:

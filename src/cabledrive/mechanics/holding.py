@@ -68,7 +68,7 @@ def released(drive: Any) -> Any:
     if all(own.holding_stiffness is None for own in drive.motors):
         return drive
     freed = tuple(replace(own, holding_stiffness=None) for own in drive.motors)
-    return replace(drive, motor=freed if drive.axis is None else freed[0])
+    return replace(drive, motor=freed if isinstance(drive.motor, tuple) else freed[0])
 
 
 def left_out_under_torque(drive: MachineBase) -> str | None:

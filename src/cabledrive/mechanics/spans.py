@@ -20,7 +20,7 @@ from cabledrive.mechanics.holding import (
     motor_condition,
     span_stiffness,
 )
-from cabledrive.mechanics.rest import RestingSection, RestState, rest_state
+from cabledrive.mechanics.rest import RestingSection, RestState
 from cabledrive.parameters import Drive, NotComputed
 
 
@@ -135,14 +135,6 @@ def _uniform_rigidity(drive: Drive, section: RestingSection) -> float:
         return tension / (1.0 + tension / drive.cable.axial_rigidity)
     time = sum(stretch.travel_time for stretch in stretches)
     return ((section.end - section.start) / time) ** 2
-
-
-def strings_at_rest(drive: Drive, *, at_torque: float = 0.0) -> tuple[LabelledChain, ...]:
-    """Strings under the tension that weights, carriages, slope and a steady torque [N m] leave each section.
-
-    Raises `NotComputed` if no state of rest is found, or a section hangs slack there.
-    """
-    return transverse_chains(drive, rest=rest_state(drive, at_torque=at_torque))
 
 
 class _Joint(NamedTuple):

@@ -15,7 +15,8 @@ from cabledrive.modal.natural import modes, natural_frequencies
 from cabledrive.modal.tuning import pulley_mode
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import two_pulleys
 
 NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
 LOWEST = Keys("number: lowest_frequency_free_hz lowest_frequency_held_hz lowest_frequency_holding_hz?")
@@ -32,7 +33,6 @@ class LowestFrequencies:
     holding: float | None  # with the rotor on ``motor.holding_stiffness`` [Hz]; None without that stiffness
     has_motor: bool  # whether the drive has a motor; else "held" holds the drive pulley
     reasons: dict[str, str]  # why a frequency could not be computed, by the name that JSON gives it
-    taut: bool  # whether the cable is straight under its pretension alone, as of a loop or line
 
     def as_dict(self) -> dict[str, Any]:
         """Frequencies by the names that JSON gives them.
@@ -50,8 +50,7 @@ class LowestFrequencies:
         parts = [f"{value:.6g} Hz {how}" for value, how in values if value is not None]
         if self.holding is not None:
             parts.append(f"{self.holding:.6g} Hz on its holding stiffness")
-        of = " of the taut cable" if self.taut else ""
-        return f"Lowest longitudinal frequency{of}: {', '.join(parts) or 'not computed'}."
+        return f"Lowest longitudinal frequency: {', '.join(parts) or 'not computed'}."
 
 
 def how_held(found: Modes) -> str:
@@ -63,12 +62,9 @@ def how_held(found: Modes) -> str:
 
 
 def derived_with_lowest(drive: Machine) -> dict[str, Any]:
-    """Lowest longitudinal frequencies of a machine, of two pulleys together with its derived quantities.
-
-    Returns `LowestFrequencies.as_dict`, before it what `DerivedQuantities.as_dict` has.
-    """
-    closed = {"reasons": {}} if isinstance(drive, RoutedDrive) else derived_quantities(drive).as_dict()
-    sheet, lowest = closed, lowest_frequencies(drive)
+    """Lowest longitudinal frequencies of a machine, after the derived quantities of two pulleys, for JSON."""
+    own, lowest = two_pulleys(drive), lowest_frequencies(drive)
+    sheet = {"reasons": {}} if own is None else derived_quantities(own).as_dict()
     return sheet | lowest.as_dict() | {"reasons": sheet["reasons"] | lowest.reasons}
 
 
@@ -79,19 +75,18 @@ def lowest_frequencies(drive: Machine) -> LowestFrequencies:
     position loop is closed, does not turn freely.
     """
     found: dict[str, float | None] = dict.fromkeys(CONDITIONS)
-    taut = not isinstance(drive, RoutedDrive)
     reasons: dict[str, str] = {}
     for motor in CONDITIONS if motor_condition(drive) == HOLDING else (FREE, HELD):
         try:
             with np.errstate(all="ignore"):  # what cannot be refined is said, not warned of
-                listed = natural_frequencies(drive, count=1, motor=motor)
+                listed = natural_frequencies(drive, count=1, motor=motor, taut=False)
             if listed.size:
                 found[motor] = float(listed[0])
             else:
                 reasons[NAMES[motor]] = "no longitudinal mode among the first of the network"
         except NotComputed as failure:
             reasons[NAMES[motor]] = str(failure)
-    return LowestFrequencies(**found, has_motor=bool(drive.motor), reasons=reasons, taut=taut)
+    return LowestFrequencies(**found, has_motor=bool(drive.motor), reasons=reasons)
 
 
 @described

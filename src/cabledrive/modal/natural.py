@@ -27,7 +27,7 @@ from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
@@ -98,10 +98,8 @@ def modes(
     if isinstance(drive, Chain) or network is None:
         return listed
     found = replace(_limited(listed, spectrum, network), at_torque=at_torque, drive_hash=content_hash(drive))
-    if isinstance(drive, RoutedDrive):
-        return found
     slack = (f"{slack_line(one)}; its transverse modes are not listed" for one in spectrum.network.slack[:1])
-    return replace(found, warnings=(*warnings_of_rest(drive), *slack))
+    return replace(found, warnings=(*found.warnings, *warnings_of_rest(drive), *slack))
 
 
 def spectrum_of(
@@ -118,15 +116,14 @@ def spectrum_of(
                 "motor, hold and at_torque are about drives; a chain is held by its fixed ends and grounds"
             )
         return Spectrum(network_of_chain(own_chain(drive))), None
-    if isinstance(drive, RoutedDrive):
-        if at_torque != 0.0:
-            require_two_pulleys(drive, "a steady torque (at_torque)")
-        network = network_of(drive, motor=motor, hold=hold)
-        return Spectrum(network_of_routes(network)), network
-    if drive.chain_of:
-        return spectrum_of(drive.axis.machine, motor, hold, at_torque, taut)
-    own, network = network_of_drive(drive, motor=motor, hold=hold, at_torque=at_torque, taut=taut)
-    return Spectrum(own), network
+    loop = two_pulleys(drive)
+    if loop is not None:
+        own, network = network_of_drive(loop, motor=motor, hold=hold, at_torque=at_torque, taut=taut)
+        return Spectrum(own), network
+    if at_torque != 0.0:
+        raise InputRefused("at_torque needs a load pulley that takes it up: give a body the load [N] instead")
+    network = network_of(as_machine(drive), motor=motor, hold=hold)
+    return Spectrum(network_of_routes(network)), network
 
 
 def straight_modes(

@@ -21,7 +21,8 @@ import numpy as np
 
 from cabledrive.mechanics.chain import LabelledChain
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
-from cabledrive.mechanics.spans import strings_at_rest
+from cabledrive.mechanics.rest import rest_state
+from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal.elements import ACROSS
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.motion import Mode
@@ -139,7 +140,7 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
     """
     pulley = pulley_mode(drive).omega / (2 * pi)
     pairs = []
-    for place, chain in enumerate(strings_at_rest(drive)):
+    for place, chain in enumerate(transverse_chains(drive, rest=rest_state(drive))):
         section = (chain.stretches[0].start, chain.stretches[-1].end)
         turns = pulley * float(chain.chain.travel_times.sum())  # up to half the pulley mode
         kept = numbers or max(FEWEST_NUMBERS, min(MOST_NUMBERS, int(turns + 1.0)))
@@ -179,7 +180,7 @@ def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:
     """Pretension that tunes one mode of a section at rest: what its own tension lacks is added to it."""
     rigidity, current = drive.cable.axial_rigidity, drive
     for _ in range(_PASSES):
-        string = strings_at_rest(current)[place]
+        string = transverse_chains(current, rest=rest_state(current))[place]
         own, force = section_frequencies(string, number)[number - 1], float(string.chain.rigidity)
         wanted = force * (pulley_mode(current).omega / (2 * own)) ** 2
         if wanted >= rigidity:

@@ -15,6 +15,7 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
 from cabledrive.reduction.fast_simulation import finest_step
 from cabledrive.reduction.network_chain import coupled_modes
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, numbers_of
@@ -55,9 +56,8 @@ def modal_cable(drive: Machine, sines: int = 8) -> ModalCable:
     Refused: a drive that the fast model does not fit, a machine whose ropes run.
     """
     rate = (drive.sensors.sample_rate if drive.sensors else None) or DEFAULT_RATE
-    if isinstance(drive, RoutedDrive):
-        return _network(drive, 1.0 / rate)
-    return _loop(drive, 1.0 / rate, sines)
+    loop = two_pulleys(drive)
+    return _network(as_machine(drive), 1.0 / rate) if loop is None else _loop(loop, 1.0 / rate, sines)
 
 
 def _loop(drive: Drive, interval: float, sines: int) -> ModalCable:

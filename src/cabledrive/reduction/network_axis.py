@@ -25,7 +25,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import Axis
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import RoutedMotor
-from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
 from cabledrive.reduction.lumped_chain import first_order
 from cabledrive.reduction.network_chain import MOST_CROSS, NetworkChain, modes_at_rest, network_chains
 from cabledrive.reduction.two_motors import is_winched
@@ -43,17 +43,18 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
 
     Without a name the first axis that is a chain. Refused: no such axis, a load not at the end of it.
     """
-    if drive.axis is not None:
-        if axis not in (None, drive.axis.load):
+    own: Any = drive if getattr(drive, "chain_of", None) else two_pulleys(drive)
+    if own is not None:
+        if axis not in (None, own.axis.load):
             raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
-        return drive
+        return drive  # type: ignore[return-value]
     if axis is None and is_winched(drive):
         raise NoChain(
             'kind = "route": two winches move a body, by one law, and no axis: run `cabledrive track DRIVE '
             "--draws 100` (cd.track); compare, study, export and experiment take an axis that one motor moves"
         )
     try:
-        chains = network_chains(drive)
+        chains = network_chains(as_machine(drive))
         found = [chain for chain in chains if axis in (None, chain.load)]
         if not found:
             known = ", ".join(chain.load for chain in chains)

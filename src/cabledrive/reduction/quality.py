@@ -55,9 +55,9 @@ def exact_frequencies(drive: Drive, count: int) -> Array:
 def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") -> Complex:
     """Response from motor torque to an angle of the linear distributed drive, friction viscous, rotor free.
 
-    ``drive``: without carriages; stiffness and damping of its cable as the models have them; ``omega``, shape
-    (m,) [rad/s], not zero; ``angle_of``, {"load", "motor"}: the motor's is the drive pulley's where there is
-    none, or its joint is rigid; that of a load that slides is its place over the gain.
+    ``drive``: stiffness and damping of its cable as the models have them; ``omega``, shape (m,) [rad/s], not
+    zero; ``angle_of``, {"load", "motor"}: the motor's is the drive pulley's where there is none, or its joint
+    is rigid; that of a load that slides is its place over the gain.
     Returns shape (m,) [rad/(N m)].
     """
     level, axis = replace(drive, layout=replace(drive.layout, gravity=0.0)), drive.axis

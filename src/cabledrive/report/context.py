@@ -10,8 +10,9 @@ from math import pi
 
 from cabledrive.modal import Modes, modes, natural_frequencies
 from cabledrive.modal.natural import spectrum_of
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
 from cabledrive.parameters.version import __version__
 from cabledrive.report.words import anchors
 
@@ -26,11 +27,6 @@ class ReportContext:
 
     machines: tuple[Machine, ...]  # those like what people bring first, the dissertation's last
     progress: Callable[[str], None]  # called with a line of text when a longer part of the work begins
-
-    @property
-    def drives(self) -> tuple[Drive, ...]:
-        """Loops and lines."""
-        return tuple(machine for machine in self.machines if isinstance(machine, Drive))
 
     @cached_property
     def anchors(self) -> tuple[str, ...]:
@@ -59,7 +55,7 @@ def make_context(drives: Sequence[Machine], progress: Callable[[str], None] | No
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
     return ReportContext(
-        machines=tuple(sorted(drives, key=_place)),
+        machines=tuple(sorted((two_pulleys(own) or as_machine(own) for own in drives), key=_place)),
         progress=progress or (lambda line: None),
     )
 

@@ -15,7 +15,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import two_pulleys
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph
 from cabledrive.report.context import ReportContext, make_context, provenance
 from cabledrive.report.figures.followed import followed_picture, overview_picture
@@ -44,10 +44,11 @@ MOST_CARRIAGES = 500
 
 def effect_of_parameters(context: ReportContext) -> Chapter | None:
     """Frequencies of a machine against pretension and load inertia, of another against carriage place."""
-    if not context.drives:
+    drives = [own for own in map(two_pulleys, context.machines) if own is not None]
+    if not drives:
         return None
-    drive = _packaged(context, VARIED) or context.drives[0]
-    travelled = _packaged(context, TRAVELLED)
+    drive = _packaged(drives, VARIED) or drives[0]
+    travelled = _packaged(drives, TRAVELLED)
     blocks = [*_of_one(drive), *(_travel(travelled) if travelled else ())]
     return Chapter(
         "Effect of parameters on the frequencies",
@@ -61,10 +62,10 @@ def effect_of_parameters(context: ReportContext) -> Chapter | None:
     )
 
 
-def _packaged(context: ReportContext, name: str) -> Drive | None:
+def _packaged(drives: Sequence[Drive], name: str) -> Drive | None:
     """A packaged drive, if it is among those of the report."""
     digest = content_hash(load_drive(name))
-    return next((drive for drive in context.drives if content_hash(drive) == digest), None)
+    return next((drive for drive in drives if content_hash(drive) == digest), None)
 
 
 def _of_one(drive: Drive) -> Iterator[Block]:
@@ -193,9 +194,6 @@ def write_report(
     NotComputed
         If the modes of a drive could not be computed.
     """
-    for drive in drives:
-        if drive.axis is not None:
-            require_two_pulleys(drive, "`write_report`")
     path = check_writable(path, force=force)
     beside = tuple(linked_page(page, path.parent) for page in links)
     html = report_html(drives, written_at=written_at, progress=progress, links=beside)

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal import Mode, natural
-from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
+from cabledrive.modal.elements import ACROSS, ALONG
+from cabledrive.modal.rows import MASS
+from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.keys import quantity_of, varied_together
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +75,7 @@ class Station:
 class Follower:
     """Follows the modes of a drive of one parameter, shapes compared in some ``cells`` per span."""
 
-    def __init__(self, drive_at: Callable[[float], Drive], cells: int) -> None:
+    def __init__(self, drive_at: Callable[[float], Machine], cells: int) -> None:
         self._drive_at, self._cells = drive_at, cells
         self._known: dict[float, Station] = {}
 
@@ -135,19 +136,26 @@ class Follower:
         return _part(found, chosen[:curves]), sure
 
 
-def mass_weighted_shapes(drive: Drive, modes: tuple[Mode, ...], cells: int) -> Array:
+def mass_weighted_shapes(drive: Machine, modes: tuple[Mode, ...], cells: int) -> Array:
     """Shapes as unit vectors whose products are those of the kinetic energy, shape (n, shapes)."""
-    masses: dict[str, float] = {}
-    for chain in longitudinal_chains(drive):
-        masses |= dict(zip(chain.joints, chain.chain.all_masses, strict=True))
-    midpoints = (np.arange(cells) + 0.5) * drive.span_length / cells
-    cell_mass = drive.cable.mass_per_length * drive.span_length / cells
+    machine, network = as_machine(drive), modes[0].network
+    masses = [own for own in network.fixed if own.kind == MASS]
+    spans = []
+    for name, span in zip(drive.spans, machine.free_spans, strict=True):
+        length = max(piece.end for piece in network.pieces if piece.span == name)
+        mass = machine.ropes[span.route].density * machine.route[span.route].ropes * length
+        spans.append((name, np.sqrt(mass / cells), (np.arange(cells) + 0.5) * length / cells))
     columns = []
     for mode in modes:
         still = np.zeros(mode.multiplicity)
-        joints = [np.sqrt(mass) * mode.joints.get(name, still) for name, mass in masses.items()]
-        cable = [np.sqrt(cell_mass) * mode.shape(span, midpoints).T for span in drive.spans]
-        columns.append(np.vstack([*joints, *cable]))
+        at = [mode.coordinates.get(name, still) for name in network.names]
+        moved = [np.sqrt(own.factor) * sum(share * at[i] for i, share in own.row) for own in masses]
+        ropes = [
+            root * mode.displacement(name, way, places).T
+            for name, root, places in spans
+            for way in (ALONG, ACROSS)
+        ]
+        columns.append(np.vstack([*moved, *ropes]))
     shapes = np.hstack(columns)
     return shapes / np.linalg.norm(shapes, axis=0)
 
@@ -282,7 +290,7 @@ MOST_MODES = 200
 
 
 def frequency_against(
-    drive: Drive, key: str, values: Sequence[float] | Array, *, modes: int = 4
+    drive: Machine, key: str, values: Sequence[float] | Array, *, modes: int = 4
 ) -> "xr.Dataset":
     """Longitudinal frequencies against one quantity, each curve followed through crossings and veerings.
 
@@ -292,9 +300,10 @@ def frequency_against(
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
     key : str
-        Any quantity of the drive file: "cable.pretension", "pulley.0.inertia", "carriage.0.position".
+        Any quantity of the drive file: "cable.pretension", "pulley.0.inertia", "carriage.0.position"; a
+        body's place, "head.x".
     values : array_like, shape (p,)
         Values in SI, in any order.
     modes : int, default 4
@@ -315,7 +324,8 @@ def frequency_against(
     NotComputed
         If the modes cannot be followed.
     """
-    require_two_pulleys(drive, "`frequency_against`")
+    if any(route.speed for route in as_machine(drive).route):
+        raise InputRefused("a rope that runs (route.speed) has waves for shapes: set its speed to 0")
     unit, meaning = quantity_of(drive, key)
     array = np.asarray(values, dtype=float)
     if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():

@@ -13,7 +13,7 @@ from cabledrive.modal.tuning import pulley_mode, resonant_pairs, span_frequency,
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys, two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
@@ -76,16 +76,13 @@ def resonance(
     NotComputed
         If a span hangs slack at rest.
     """
-    try:
-        drive = require_two_pulleys(machine, "`resonance`" + " under a load torque" * bool(load_torque))
-    except InputRefused:
-        if load_torque or getattr(machine, "chain_of", None) is not None:
-            raise
-        return resonance_of_pairs(machine, torque)
+    if two_pulleys(machine) is None and not load_torque:
+        return resonance_of_pairs(as_machine(machine), torque)
+    drive = require_two_pulleys(machine, "`resonance` under a load torque")
     motor = motor_condition(drive)
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None
     if torque is None and stated is not None:
-        torque = stated * drive.motor.torque_limit  # checked with the file
+        torque = stated * (drive.motors[0].torque_limit or 0.0)  # checked with the file
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:
         raise InputRefused(f"torque = {tau:.6g} N m must not be negative: give its amplitude")

@@ -14,7 +14,7 @@ from starlette.responses import JSONResponse, Response
 from cabledrive.identification.logs.log import ColumnMap, recognise, with_choices
 from cabledrive.identification.logs.reading import open_log, read_log
 from cabledrive.parameters import Drive, InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import distributed_response
 from cabledrive.studio import guard as pages
 from cabledrive.studio.jobs import Job
@@ -169,8 +169,7 @@ def response_curves(request: Request) -> Response:
     found: dict[str, Any] = {name: plain(values) for name, values in lines.items()}
     found |= {"output": output, "outputs": OUTPUTS, "computed": [], "computed_phase": [], "words": ""}
     try:
-        drive = drive_of(desk.library, state_of(request.url.query, desk.first))
-        drive = require_two_pulleys(drive, "the computed response")
+        drive = as_axis(drive_of(desk.library, state_of(request.url.query, desk.first)))
         computed = _computed(drive, 2.0 * pi * lines["frequency_hz"], output)
         found["computed"] = plain(np.abs(computed))
         found["computed_phase"] = plain(_below_zero(np.degrees(np.angle(computed))))
@@ -181,9 +180,7 @@ def response_curves(request: Request) -> Response:
 
 
 def _computed(drive: Drive, omega: NDArray[np.float64], output: str) -> NDArray[np.complex128]:
-    """Of the linear distributed drive; ``omega`` [rad/s]. Returns [rad/(N m)] or [rad/(s N m)]."""
-    if any(drive.carriages_on(span) for span in drive.spans):
-        raise InputRefused(f"{drive.name}: has carriages, the computed response has none: remove them")
+    """Of the linear distributed machine; ``omega`` [rad/s]. Returns [rad/(N m)] or [rad/(s N m)]."""
     shaft, quantity = output.split()
     angle = distributed_response(drive, omega, angle_of=shaft)
     return angle * 1j * omega if quantity == "speed" else angle

@@ -227,8 +227,7 @@ def resonance_page(request: Request) -> Response:
 def resonance_map(request: Request) -> Response:
     """The map, as the command `resonance --map` draws it; with a motion, its path."""
     desk: Desk = request.app.state.desk
-    drive = drive_of(desk.library, state_of(request.url.query, desk.first))
-    drive = require_two_pulleys(drive, "`resonance`")
+    drive = require_two_pulleys(drive_of(desk.library, state_of(request.url.query, desk.first)), "the map")
     torque = request.query_params.get("torque", "")[:40]
     found = resonance(drive, torque=to_si(torque, "N m") if torque else None)
     chosen = request.query_params.get("motion")

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from cabledrive.answers.keys import Keys
-from cabledrive.mechanics.datasheet import ELASTIC_RULE
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.mechanics.network.statics import Statics, statics_of, unheld_words
@@ -17,6 +16,7 @@ _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
 """Angles [deg] between which a span was probably meant to be parallel to a slide."""
 
 _LITTLE_SAFETY = 3.0
+ELASTIC_RULE = 0.02  # strain, where the file states no limit
 
 
 END = "the span ends at an anchor or a drum"
@@ -121,7 +121,7 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
         *_askew(drive),
         *_slipping(drive, statics),
         *worn(drive, statics),
-        *_elastic(drive, statics),
+        *strained(drive, statics),
         *_pretension(drive, statics),
     )
 
@@ -166,8 +166,9 @@ def _slipping(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
             yield f"the rope slips on {row['name']}: friction {have:.3g}, needed {shown}"
 
 
-def _elastic(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
-    """Spans that are strained out of their elastic range, where the computed tension means nothing."""
+def strained(drive: RoutedDrive, statics: Statics | None = None) -> Iterator[str]:
+    """Spans strained out of their elastic range, where the computed tension means nothing."""
+    statics = statics or statics_of(drive)
     for number, span in enumerate(drive.free_spans):
         rope = drive.ropes[span.route]
         limit = ELASTIC_RULE if rope.strain_limit is None else rope.strain_limit

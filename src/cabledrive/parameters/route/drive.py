@@ -45,8 +45,6 @@ class RoutedDrive(MachineBase):
     carriage: tuple[RoutedCarriage, ...] = meaning("in the order of the file", ())
     motor: tuple[RoutedMotor, ...] = meaning("in the order of the file", ())
 
-    axis = None  # none of its own: `cabledrive.reduction.network_axis.as_axis` finds its axes
-
     def __post_init__(self) -> None:
         MachineBase.__post_init__(self)
         if not self.route:

@@ -5,6 +5,7 @@ from math import hypot
 from typing import Any
 
 from cabledrive.parameters.cable import RIGIDITY, Rope
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import (
@@ -23,11 +24,14 @@ SENSE = -1.0
 def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) -> RoutedDrive:
     """A drive with two pulleys as a machine with routes; its "upper" span leads from drive to load pulley.
 
+    Of the lumped chain of an axis the machine that has it.
     If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused. If ``turned``,
     a motor holds the drive pulley against weights at rest, where the file has none.
     """
     if isinstance(drive, RoutedDrive):
         return drive
+    if drive.chain_of is not None:
+        return as_machine(drive.chain_of.machine)
     if loaded and drive.load_pulley.fixed:
         raise InputRefused("load torque: the load pulley is fixed and takes no torque: leave the column out")
     parts = (drive.drive_pulley, drive.load_pulley)
@@ -76,14 +80,16 @@ def _alike(table: type[Any], part: Any) -> dict[str, Any]:
     return {own.name: getattr(part, own.name) for own in fields(table) if hasattr(part, own.name)}
 
 
-def require_two_pulleys(drive: Any, what: str) -> Any:
+def two_pulleys(drive: Machine) -> Drive | None:
+    """The machine where one cable between two pulleys is all of it, which has formulas; None of any other."""
+    return None if isinstance(drive, RoutedDrive) or drive.chain_of else drive
+
+
+def require_two_pulleys(drive: Machine, what: str) -> Drive:
     """The drive; refused if it has not the spans of two pulleys that ``what`` needs."""
-    if isinstance(drive, RoutedDrive):
-        raise InputRefused(
-            f'kind = "route": {what} supports drives of kind "loop" or "line" only; check, modes, map, '
-            "resonance, report, simulate, response, track, compare, study and export take routes"
-        )
-    if drive.chain_of:
-        said = f'kind = "route": {what} needs the spans, and the axis of {drive.axis.load} is a lumped chain'
-        raise InputRefused(f"{said}: give its machine, or take a lumped plant")
-    return drive
+    found, chain = two_pulleys(drive), getattr(drive, "chain_of", None)
+    if found is None:
+        said = f'kind = "route": {what} needs one cable between two pulleys, kind "loop" or "line"'
+        lumped = f", and the axis of {chain.load} is a lumped chain: take a lumped plant" if chain else ""
+        raise InputRefused(said + lumped)
+    return found

@@ -6,8 +6,8 @@ from cabledrive.answers.figures import number
 from cabledrive.mechanics import drive_warnings
 from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.parameters import content_hash
-from cabledrive.parameters.route import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
 from cabledrive.report.blocks import Block, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import sketch
@@ -99,16 +99,14 @@ def machine_view(context: ReportContext, place: int) -> View:
 
 
 def _sections(drive: Machine, name: str, pairs: Table | None) -> Iterator[Section]:
-    """What applies to a machine; some formulas are of a loop or a line."""
-    sheet, hanging, simple = data_sheet(drive), list[Block](), list[Block]()
-    if not isinstance(drive, RoutedDrive):
-        hanging, simple = [*rest_blocks(drive, name)], [simple_models_table(drive)]
+    """What applies to a machine; simple formulas are of one cable between two pulleys."""
+    sheet, loop = data_sheet(drive), two_pulleys(drive)
     parts: tuple[tuple[str, str, Sequence[Block | None], str], ...] = (
-        ("At rest, under gravity", "rest", hanging, HANGING),
+        ("At rest, under gravity", "rest", rest_blocks(drive, name), HANGING),
         ("Over the travel", "travel", tuple(travel_figures(as_machine(drive), name)), ""),
         ("Pairs near internal resonance", "pairs", (pairs,), ""),
         ("Spans and pulleys", "spans", sheet.tables, ""),
-        ("What simpler formulas give", "simple", simple, ""),
+        ("What simpler formulas give", "simple", () if loop is None else (simple_models_table(loop),), ""),
         (
             "Data and derived quantities",
             "data",

@@ -1,31 +1,23 @@
 """A machine at rest: the tension along its cable and its sag under gravity."""
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
 from cabledrive.answers.figures import quantity
+from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.rest_forces import RestingStretch
-from cabledrive.mechanics.rest import RestState, rest_state
-from cabledrive.parameters import Drive, NotComputed
+from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.parameters.arrays import Array
-from cabledrive.report.blocks import Block, Panel, Plot, Series, table
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.report.blocks import COLOURS, Block, Panel, Plot, in_turn, table
 
 POINTS = 65
 MOST_ROWS = 8
 SEEN = 1e-3
 """Share of a span from which sag is worth a picture, and of the pretension from which weight is."""
-COLOURS = {"upper": "blue", "lower": "orange"}
-
-
-def resting(drive: Drive) -> RestState | None:
-    """A machine at rest; None where gravity is off or no rest is found."""
-    if drive.layout.gravity == 0.0:
-        return None
-    try:
-        return rest_state(drive)
-    except NotComputed:
-        return None
 
 
 def sag_of(stretches: Iterable[RestingStretch]) -> tuple[Array, Array]:
@@ -53,52 +45,88 @@ def tension_at(stretches: Iterable[RestingStretch], at: Array) -> Array:
     return values
 
 
-def rest_blocks(drive: Drive, name: str) -> tuple[Block, ...]:
+def rest_blocks(drive: Machine, name: str) -> tuple[Block, ...]:
     """Tension and sag along the spans and of every stretch, unless there are too many for a table.
 
-    None where the weight changes neither by a thousandth.
+    None where the weight changes neither by a thousandth; of many spans those that it changes most.
     """
-    rest = resting(drive)
-    if rest is None:
+    machine = as_machine(drive, turned=True)
+    if machine.layout.gravity == 0.0:
         return ()
-    tensions = [t for stretch in rest.stretches for t in stretch.tensions]
-    deepest, pretension = max(section.sag for section in rest.sections), drive.cable.pretension
-    sags = deepest > SEEN * drive.span_length
-    if not sags and max(abs(t - pretension) for t in tensions) <= SEEN * pretension:
+    found = zip(drive.spans, machine.free_spans, statics_of(machine).stretches, strict=True)
+    spans: list[_Hanging] = []
+    for called, span, stretches in found:
+        places, depth = sag_of(stretches)
+        down = -1.0 if float(np.dot(span.across, gravity(machine))) < 0.0 else 1.0
+        spans.append(_Hanging(called, stretches, places, down * depth))
+    if max(own.change for own in spans) <= SEEN:
         return ()
-    joints = [end for stretch in rest.stretches for end in (stretch.start, stretch.end)]
-    inside = np.unique([end for end in joints if 0.0 < end < drive.span_length])
-    step = 1e-6 * drive.span_length
-    even = np.linspace(0.0, drive.span_length, 2 * POINTS)
+    shown = sorted(sorted(spans, key=lambda own: -own.change)[: len(COLOURS)], key=spans.index)
+    longest = max(own.stretches[-1].end for own in shown)
+    inside = np.array([piece.start for own in shown for piece in own.stretches[1:]])
+    step, even = 1e-6 * longest, np.linspace(0.0, longest, 2 * POINTS)
     at = np.unique(np.concatenate((even, inside - step, inside + step)))
-    spans = {span: [one for one in rest.stretches if one.span == span] for span in drive.spans}
-    shown = [("Tension", "N", {span: tension_at(own, at) for span, own in spans.items()})]
-    if sags:
-        height = {span: -np.interp(at, *sag_of(own)) for span, own in spans.items()}
-        shown.append(("Height over the line of the pulleys", "m", height))
-    panels = (
-        Panel(title, unit, tuple(Series(f"{span} span", own, COLOURS[span]) for span, own in curves.items()))
-        for title, unit, curves in shown
-    )
-    low, high = (quantity(value, "N", 3) for value in (rest.lowest_tension, max(tensions)))
+    curves = [("Tension", "N", [tension_at(own.stretches, at) for own in shown])]
+    deepest = max(float(np.abs(own.depth).max()) for own in spans)
+    if sags := any(own.sag > SEEN for own in shown):
+        fallen = [-np.interp(at, own.places, own.depth, right=np.nan) for own in shown]
+        curves.append(("Height over the line between its ends", "m", fallen))
+    names = [own.words for own in shown]
+    panels = (Panel(title, unit, in_turn(zip(names, lines, strict=True))) for title, unit, lines in curves)
+    tensions = [tension for own in shown for tension in own.tensions]
+    low, high = (quantity(value, "N", 3) for value in (min(own.lowest for own in shown), max(tensions)))
     sag = f", sag up to {quantity(deepest, 'm', 3)}" if sags else ""
+    left = f" The {len(shown)} of {len(spans)} spans that it changes most." if len(shown) < len(spans) else ""
     plot = Plot(
         name=f"rest-{name}",
         alt=f"Tension at rest along each span, from {low} to {high}{sag}.",
-        caption=f"Tension from {low} to {high}{sag}; drive pulley held. Each carriage steps the tension. "
-        "Positions count from the pulley where the span starts.",
+        caption=f"Tension from {low} to {high}{sag}; motors held. Each carriage steps the tension. "
+        f"Positions count from where the span starts.{left}",
         points=at,
         along="position",
         unit="m",
         panels=tuple(panels),
     )
     heads = "Stretch | Tension at its start [] | at its end []"
-    rows = (
+    rows = [
         (
-            f"{one.span} span, {quantity(one.start, 'm', 4)} to {quantity(one.end, 'm', 4)}",
-            *(quantity(tension, "N", 4) for tension in one.tensions),
+            f"{own.words}, {quantity(piece.start, 'm', 4)} to {quantity(piece.end, 'm', 4)}",
+            *(quantity(tension, "N", 4) for tension in piece.tensions),
         )
-        for one in rest.stretches
+        for own in shown
+        for piece in own.stretches
+    ]
+    return (
+        (plot, table("Tension of every stretch at rest.", heads, rows)) if len(rows) <= MOST_ROWS else (plot,)
     )
-    stretches = table("Tension of every stretch at rest.", heads, rows)
-    return (plot, stretches) if len(rest.stretches) <= MOST_ROWS else (plot,)
+
+
+class _Hanging(NamedTuple):
+    """A span at rest: its pieces, and how far it lies below its chord at places along it [m]."""
+
+    name: str
+    stretches: tuple[RestingStretch, ...]
+    places: Array
+    depth: Array
+
+    @property
+    def words(self) -> str:
+        return self.name if " " in self.name else f"{self.name} span"
+
+    @property
+    def tensions(self) -> list[float]:
+        return [tension for piece in self.stretches for tension in piece.tensions]
+
+    @property
+    def lowest(self) -> float:
+        return min(piece.lowest_tension for piece in self.stretches)
+
+    @property
+    def sag(self) -> float:
+        """Over the length of the span."""
+        return float(np.abs(self.depth).max()) / self.stretches[-1].end
+
+    @property
+    def change(self) -> float:
+        """What weight makes of it: its sag, or the spread of its tension over the highest."""
+        return max(self.sag, (max(self.tensions) - self.lowest) / max(self.tensions))
