@@ -197,6 +197,13 @@ def warned(drive, words):
     return any(words in line for line in drive_warnings(drive))
 
 
+def test_a_rotor_heavier_than_its_motor_is_named_on_machines_with_routes_too():
+    """54 g cm^2 without a gear: a rotor of 55 g cm^2 is none of its parts, one of 54 is all of it."""
+    for rotor, named in ((55e-7, True), (54e-7, False)):
+        belt = load_drive("printer-idlers", overrides=[f"motor.rotor_inertia={rotor}"])
+        assert any("the rotor alone" in line for line in drive_warnings(belt)) is named
+
+
 def test_rig_of_the_dissertation_gives_the_three_of_its_errata():
     """Torque limit above 0.56 N m, 850 N/m against 438 N/m, rotor through the gear above J11."""
     slack, stiffness, rotor = drive_warnings(RIG)

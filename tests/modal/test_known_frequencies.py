@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 import cabledrive as cd
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal import tuning
-from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
+from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports, lowest_frequencies
 
 
 @pytest.mark.parametrize(
@@ -115,6 +115,24 @@ def test_rigid_supports_leave_the_multiples_of_a_half_wave(measured):
     modes = cd.modes(held, count=10)
     assert modes.rigid_body_modes == 0
     assert modes.certified
+
+
+@pytest.mark.parametrize("name", ["camera-line", "ropeway", "linear-axis", "lift-2-to-1", "corexy"])
+def test_the_lowest_frequencies_are_the_first_of_the_list_however_a_machine_is_written(name):
+    """Of the ropes that hang: the taut cable of `camera-line` is off by 4e-3."""
+    drive, found = cd.load_drive(name), lowest_frequencies(cd.load_drive(name))
+    for motor in ("free", "held"):
+        listed = cd.modes(drive, count=1, motor=motor).longitudinal[0].frequency
+        assert getattr(found, motor) == pytest.approx(listed, rel=1e-9), motor
+
+
+def test_modes_warn_of_strained_ropes_and_of_ends_that_nothing_holds_on_every_machine():
+    strained = cd.load_drive("corexy", overrides=["cable.strain_limit=1e-3"])
+    assert any("beyond 0.001, its elastic range" in line for line in cd.modes(strained, count=1).warnings)
+    for fixed in (False, True):
+        line = cd.load_drive("camera-line", overrides=[f"pulley.1.fixed={str(fixed).lower()}"])
+        warned = any("nothing in the file holds it" in words for words in cd.modes(line, count=1).warnings)
+        assert warned is not fixed
 
 
 # --- Rigid supports and springs without mass: where the simple formulas hold, and how they fail

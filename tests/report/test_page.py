@@ -17,6 +17,7 @@ from cabledrive.report import report_html, write_report, writing
 from cabledrive.report.blocks import Chapter, Paragraph
 from cabledrive.report.context import make_context
 from cabledrive.report.machine.page import machine_view
+from cabledrive.report.machine.rest import rest_blocks
 from cabledrive.report.picture import COLOURS
 from cabledrive.report.typesetting import typeset
 from report_page import TIME, Reader, page, read
@@ -59,6 +60,18 @@ def test_the_data_of_a_plot_are_whole():
     deep = weight * 20.0 * 40.0 / 60.0 / 1000.0 + rope * 20.0 * 40.0 / 2.0 / 1000.0
     assert -numbers["Height over the line between its ends"].min() == pytest.approx(deep, rel=0.01)
     assert numbers["Tension"].max() == pytest.approx(np.hypot(1000.0, weight * 2 / 3 + rope * 30.0), rel=1e-3)
+
+
+def test_tension_at_rest_of_a_lift_falls_by_the_weight_of_its_rope():
+    """Each of its six spans hangs upright: from its lower to its upper end the tension grows by rho g L."""
+    drive = load_drive("lift-2-to-1")
+    plot, *_ = rest_blocks(drive, "lift")
+    assert [panel.title for panel in plot.panels] == ["Tension"]
+    assert len(plot.panels[0].series) == len(drive.free_spans) == 6
+    for series, span in zip(plot.panels[0].series, drive.free_spans, strict=True):
+        values = series.values[np.isfinite(series.values)]
+        weight = drive.ropes[span.route].density * 9.81 * span.length * abs(span.along[1])
+        assert np.ptp(values) == pytest.approx(weight, rel=0.02), span.name
 
 
 def test_every_link_leads_to_a_place_on_the_page_and_no_place_has_two_names():
