@@ -224,11 +224,11 @@ def test_a_slack_span_is_said(tmp_path):
 
 
 @pytest.mark.kernel  # cabledrive.reduction.stretch_kernels
-@pytest.mark.parametrize("name", ["corexy", "lift-2-to-1"])
+@pytest.mark.parametrize("name", ["corexy", "lift-2-to-1", "linear-axis", "camera-line"])
 def test_a_network_in_modes_responds_as_its_exact_waves(name, measured):
     """The response to sampled inputs against the dynamic stiffness with its damping."""
     drive = cd.load_drive(name)
-    cable, network = modal_cable(drive), network_of(drive)
+    cable, network = modal_cable(drive), network_of(as_machine(drive))
     numbers = cable.numbers
     rows = numbers.model.motions
     k = rows.shape[1]

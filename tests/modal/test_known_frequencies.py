@@ -7,9 +7,12 @@ import pytest
 from scipy.optimize import brentq
 
 import cabledrive as cd
+from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal import tuning
 from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports, lowest_frequencies
+from cabledrive.modal.natural import straight_limit
+from cabledrive.parameters.route.two_pulleys import as_machine
 
 
 @pytest.mark.parametrize(
@@ -124,6 +127,13 @@ def test_the_lowest_frequencies_are_the_first_of_the_list_however_a_machine_is_w
     for motor in ("free", "held"):
         listed = cd.modes(drive, count=1, motor=motor).longitudinal[0].frequency
         assert getattr(found, motor) == pytest.approx(listed, rel=1e-9), motor
+
+
+def test_no_mode_below_a_bound_leaves_no_doubt_of_straight_ropes():
+    """The lowest mode of `camera-line`, whose span sags, lies above 0.1 Hz."""
+    network = network_of(as_machine(cd.load_drive("camera-line")))
+    assert straight_limit(network, 2 * np.pi * 0.1) is None
+    assert "sag" in straight_limit(network, 2 * np.pi * 6.0)
 
 
 def test_modes_warn_of_strained_ropes_and_of_ends_that_nothing_holds_on_every_machine():

@@ -29,7 +29,7 @@ from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
 from cabledrive.reduction.modal_cable import ModalCable, modal_cable
 from cabledrive.reduction.stretch_kernels import (
     cable_middle,
@@ -243,9 +243,18 @@ def cable_block(drive: Machine) -> Block:
         kernels["middle"] = (cable_middle, [frozen, state, _named("middles", spans)])
     calls = {name: program.root(kernel, values)[1] for name, (kernel, values) in kernels.items()}
     groups, variables, places = _variables(cable), list[Variable](), dict[str, int]()
-    sag = None
+    left_out = list[str]()
     if not cable.sine:  # ropes are straight in the linear model
-        sag = straight_limit(network_of(as_machine(drive)), 2.0 * pi * cable.highest, kind=LONGITUDINAL)
+        machine = as_machine(drive)
+        rubbing: tuple[Any, ...] = (*machine.body, *machine.pulley, *machine.motor)
+        if two_pulleys(drive) is not None:
+            left_out.append(
+                "pulleys turn anticlockwise, ropes move along their path: not the senses of a plant"
+            )
+        if any(part.coulomb_friction > 0.0 for part in rubbing):
+            left_out.append("Coulomb friction is left out")
+        if sag := straight_limit(network_of(machine), 2.0 * pi * cable.highest, kind=LONGITUDINAL):
+            left_out.append(sag)
     for name, group in groups.items():
         places[name] = len(variables) if group else 0
         variables += group
@@ -259,7 +268,7 @@ def cable_block(drive: Machine) -> Block:
         program=program,
         words={"hash": content_hash(drive), "cable": cable, "calls": calls, "places": places},
         variables=variables,
-        notes=[*_notes(cable), *([sag] if sag else [])],
+        notes=[*_notes(cable), *left_out],
     )
 
 

@@ -160,10 +160,10 @@ def straight_limit(network: Network, below: float, *, kind: str | None = None) -
 def _moved_by_sag(network: Network, listed: Sequence[Mode], spectrum: Spectrum) -> str | None:
     """Why a list of straight ropes, part of a spectrum, is in doubt: where ropes hang a mode is elsewhere."""
     hanging = Spectrum(network_of_routes(network))
-    edges, highest = hanging.network.edges, max((mode.frequency for mode in listed), default=0.0)
-    if not edges:
+    edges = hanging.network.edges
+    if not edges or not listed:
         return None
-    top = min(2 * pi * highest * (1.0 + ENCLOSURE), edges[-1])
+    top = min(2 * pi * max(mode.frequency for mode in listed) * (1.0 + ENCLOSURE), edges[-1])
     straight, truth = (
         np.repeat([m.frequency for m in found], [m.multiplicity for m in found])
         for found in (spectrum.below(top), hanging.below(BEYOND * top))

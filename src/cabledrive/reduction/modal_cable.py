@@ -19,7 +19,7 @@ from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
 from cabledrive.reduction.fast_simulation import finest_step
 from cabledrive.reduction.network_chain import coupled_modes
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, numbers_of
-from cabledrive.reduction.uniform_tension import uniform_tension_model
+from cabledrive.reduction.uniform_tension import misfit, uniform_tension_model
 from cabledrive.simulation.network.case import slides
 
 DEFAULT_RATE = 1000.0
@@ -51,13 +51,12 @@ class ModalCable:
 
 
 def modal_cable(drive: Machine, sines: int = 8) -> ModalCable:
-    """The cable of a drive in modes; ``sines``: across each span of a loop.
-
-    Refused: a drive that the fast model does not fit, a machine whose ropes run.
-    """
+    """The cable of a drive in modes; ``sines``: across each span of a loop that the fast model fits."""
     rate = (drive.sensors.sample_rate if drive.sensors else None) or DEFAULT_RATE
     loop = two_pulleys(drive)
-    return _network(as_machine(drive), 1.0 / rate) if loop is None else _loop(loop, 1.0 / rate, sines)
+    if loop is None or misfit(loop):
+        return _network(as_machine(drive), 1.0 / rate)
+    return _loop(loop, 1.0 / rate, sines)
 
 
 def _loop(drive: Drive, interval: float, sines: int) -> ModalCable:

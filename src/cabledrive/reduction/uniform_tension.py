@@ -45,7 +45,10 @@ def uniform_tension_model(drive: Drive, sines: int = 16, planes: int = 1) -> Str
     ``planes``, {1, 2}: w alone, or v as well. The motions shown are the angles of drive and load pulley and
     motor. Refused: lines, carried masses, held pulleys and Coulomb friction, which the model does not have.
     """
-    _check_fits(drive, sines)
+    if why := misfit(drive):
+        raise InputRefused(f"{why} use --model exact")
+    if not 1 <= sines <= 400:
+        raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")
     cable, length = drive.cable, drive.pulley_distance
     span_resonance = pi * cable.axial_wave_speed / length
     kept = longitudinal_modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi))
@@ -92,10 +95,11 @@ def uniform_tension_model(drive: Drive, sines: int = 16, planes: int = 1) -> Str
     )
 
 
-def _check_fits(drive: Drive, sines: int) -> None:
+def misfit(drive: Drive) -> str:
+    """Why the fast model does not fit a drive; empty where it does."""
     friction = max(pulley.coulomb_friction for pulley in drive.pulley)
     friction = max(friction, drive.motor.coulomb_friction if drive.motor else 0.0)
-    for refused, why in (
+    whys = (
         (drive.kind != "loop", f'kind = "{drive.kind}" does not fit the fast model, which needs a loop:'),
         (drive.carriage, f"carriage: {len(drive.carriage)} given, the fast model carries none:"),
         (
@@ -107,11 +111,8 @@ def _check_fits(drive: Drive, sines: int) -> None:
             f"coulomb_friction = {friction:.4g} N m does not fit the fast model, which is smooth: "
             "set it to 0 or",
         ),
-    ):
-        if refused:
-            raise InputRefused(f"{why} use --model exact")
-    if not 1 <= sines <= 400:
-        raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")
+    )
+    return next((why for refused, why in whys if refused), "")
 
 
 class IntegratedMotion(NamedTuple):

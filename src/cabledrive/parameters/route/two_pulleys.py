@@ -89,7 +89,8 @@ def require_two_pulleys(drive: Machine, what: str) -> Drive:
     """The drive; refused if it has not the spans of two pulleys that ``what`` needs."""
     found, chain = two_pulleys(drive), getattr(drive, "chain_of", None)
     if found is None:
-        said = f'kind = "route": {what} needs one cable between two pulleys, kind "loop" or "line"'
-        lumped = f", and the axis of {chain.load} is a lumped chain: take a lumped plant" if chain else ""
-        raise InputRefused(said + lumped)
+        said = f'kind = "route": {what} takes one cable between two pulleys, kind "loop" or "line" only'
+        if chain is not None:
+            said += f", the axis of {chain.load} is a lumped chain: give its machine, or take a lumped plant"
+        raise InputRefused(said)
     return found
