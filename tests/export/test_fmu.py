@@ -246,6 +246,16 @@ def test_a_network_in_modes_responds_as_its_exact_waves(name, measured):
     assert max(gaps) < 0.06, f"observed {gaps}"  # the modes left out give way as well
 
 
+@pytest.mark.parametrize("name, rubs", [("dissertation-3", True), ("dissertation-transporter", False)])
+def test_a_loop_that_the_fast_model_does_not_fit_is_written_as_linear_modes(name, rubs):
+    """For its Coulomb friction, which is left out and said to be, or its carriage, which moves along."""
+    block = cable_block(cd.load_drive(name))
+    assert block.notes[0].startswith("linear modes of the network")
+    assert [one.name for one in block.variables][:2] == ["drive_pulley_torque", "load_pulley_torque"]
+    assert any("Coulomb friction is left out" in note for note in block.notes) is rubs
+    assert any(one.name == "carriage_0_along_position" for one in block.variables) is not rubs
+
+
 def test_ropes_that_lose_couple_the_modes_of_a_network(measured):
     """Three inertias on two springs, of which the light cable alone loses, by the matrices of its chain."""
     radius, rigidity, loss, joint, inertias = 0.02, 2e4, 10.0, 16.0, (5e-5, 2e-4, 2e-4)

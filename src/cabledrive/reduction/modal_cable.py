@@ -55,7 +55,8 @@ def modal_cable(drive: Machine, sines: int = 8) -> ModalCable:
     rate = (drive.sensors.sample_rate if drive.sensors else None) or DEFAULT_RATE
     loop = two_pulleys(drive)
     if loop is None or misfit(loop):
-        return _network(as_machine(drive), 1.0 / rate)
+        loaded = loop is not None and not loop.load_pulley.fixed
+        return _network(as_machine(drive, loaded=loaded, turned=True), 1.0 / rate)
     return _loop(loop, 1.0 / rate, sines)
 
 

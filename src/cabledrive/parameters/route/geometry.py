@@ -99,7 +99,9 @@ def spans_of_route(
     spans = []
     for i, ((start, end), (along, length)) in enumerate(zip(pairs, lines, strict=True)):
         leaving = lines[(i + 1) % len(lines)][0] if closed or i + 1 < len(lines) else None
-        wrap = _wrap(end, along, leaving, name) if leaving is not None and end.sense else None
+        wrap = None
+        if leaving is not None and end.sense:
+            wrap = _wrap(end, along, leaving, name, sure=closed and len(places) == 2)
         words = f"{start.name} to {end.name}"
         spans.append(
             FreeSpan(name=words, route=number, start=start, end=end, along=along, length=length, wrap=wrap)
@@ -113,14 +115,17 @@ def spans_of_route(
     return spans
 
 
-def _wrap(place: Place, coming: Point, leaving: Point, route: str) -> float:
-    """Angle from the direction of arrival to that of leaving, in the sense of the pulley."""
+def _wrap(place: Place, coming: Point, leaving: Point, route: str, *, sure: bool) -> float:
+    """Angle from the direction of arrival to that of leaving, in the sense of the pulley.
+
+    ``sure``: a loop round two pulleys lies on both, however far it is wrapped.
+    """
     cross = coming[0] * leaving[1] - coming[1] * leaving[0]
     turned = atan2(cross, coming[0] * leaving[0] + coming[1] * leaving[1])
     wrap = (place.sense * turned) % (2.0 * pi)
     if 2.0 * pi - wrap < _ROUND_OFF:
         wrap = 0.0
-    if wrap > LARGEST_WRAP and not place.turns:
+    if wrap > LARGEST_WRAP and not place.turns and not sure:
         raise InputRefused(
             f'route "{route}": the wrap at {place.name} is {degrees(wrap) - 360.0:.4g} deg, the '
             "cable has left the pulley: move it, turn the other way round it (+ or -), or give its turns"
