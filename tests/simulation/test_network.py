@@ -172,6 +172,26 @@ def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
     assert found.energy_budget_error < 1e-4, found.energy_budget_error
 
 
+def test_whole_fields_of_a_machine_with_routes_meet_its_channels(tmp_path):
+    """Ends of pieces where the coordinates put them, middles where the channels have them; also in the file."""
+    given = {"scheme": Scheme(segments=6), "recording": Recording(rate=1e4, fields=3)}
+    start = Start(places={"head.x": 1e-4}, plucks=(Pluck(height=1e-4, span="motor to lower idler"),))
+    run = cd.simulate(PRINTER, 1e-3, start=start, output=tmp_path / "run.nc", **given)
+    mesh = case_of(PRINTER, 1e-3, **given).mesh
+    q = np.stack([run.channel(name)[::3] for name in mesh.names])
+    for k, (first, last) in enumerate(mesh.nodes):
+        ends = np.einsum("sxn,nt->txs", mesh.ends[k], q)
+        np.testing.assert_allclose(run.fields[:, :, [first, last]], ends, atol=1e-18)
+        middle = [
+            np.interp(0.5 * mesh.length[k], mesh.positions[k], own[2, first : last + 1]) for own in run.fields
+        ]
+        expected = run.channel(f"w at the middle of {mesh.pieces[k]}")[::3]
+        np.testing.assert_allclose(middle, expected, atol=1e-18)
+    field = run.to_xarray()["field"]
+    assert field.dims == ("field_time", "node", "plane")
+    np.testing.assert_array_equal(field.sel(plane="w"), run.fields[:, 2])
+
+
 def printer_lumps(parts):
     """Masses and stiffness of the printer's belt as lumps on springs, about so many to the longest span."""
     counts = np.maximum(1, np.rint(parts * PRINTER_SPANS / PRINTER_SPANS.max())).astype(int)

@@ -78,8 +78,7 @@ class LoopCase(RopeRun):
 
     def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
-        rows, every, mesh, scheme = outcome.rows, self.recording.fields or 1, self.mesh, self.scheme
-        fields, common = outcome.fields[: -(-len(rows) // every)], self.common(outcome)
+        rows, mesh, scheme = outcome.rows, self.mesh, self.scheme
         middles = zip(mesh.pieces, 0.5 * mesh.length, strict=True)
         columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
         estimate = estimated_errors(self, outcome, columns)
@@ -89,10 +88,8 @@ class LoopCase(RopeRun):
             work = rows[:, COLUMN["torque_work"]] + rows[:, COLUMN["force_work"]]
             handled = max(start, 0.0) + float(np.max(work, initial=0.0))
         return SimulationResult(
-            **common,
+            **self.common(outcome),
             probes=(*middles, *self.recording.probes),
-            field_time=common["time"][::every][: len(fields)],
-            fields=fields,
             spans=mesh.pieces,
             position=np.array(mesh.positions),
             energy_handled=handled,

@@ -42,10 +42,6 @@ class SimulationResult(RunResult):
     probes: tuple[tuple[str, float], ...] = meaning(
         "span and distance from its start [m] of each probe; the first ones are the midpoints of the spans"
     )
-    field_time: Array = meaning("(field records,): times of the whole fields [s]")
-    fields: Array = meaning(
-        "(field records, 3, nodes): displacements u, v, w of all nodes, round the loop from the drive rim [m]"
-    )
     position: Array = meaning("(spans, n + 1): distance of the nodes of each span from its start [m]")
     extremes: dict[str, float] = meaning(
         "over all steps, recorded or not: least and largest angle of each shaft [rad], largest "

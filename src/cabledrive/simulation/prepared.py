@@ -129,8 +129,12 @@ class PreparedRun(ABC):
 
     def common(self, outcome: Outcome) -> dict[str, Any]:
         """What every result holds of how its run ended."""
+        time = np.arange(len(outcome.rows), dtype=np.float64) * self.grid.interval
+        field_time = time[:: self.recording.fields or len(time) + 1][: len(outcome.fields)]
         return {
-            "time": np.arange(len(outcome.rows), dtype=np.float64) * self.grid.interval,
+            "time": time,
+            "field_time": field_time,
+            "fields": outcome.fields[: len(field_time)],
             "rows": outcome.rows,
             "steps": int(outcome.state.counts[0]),
             "step": self.grid.step,

@@ -18,6 +18,7 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.netcdf import Content, Variable, dataset_of, storable
+from cabledrive.simulation.start import PLANES
 
 if TYPE_CHECKING:
     import xarray
@@ -84,6 +85,11 @@ class RunResult(Result):
     )
     energy_at_rest: float = meaning(
         "what the ropes of a machine with routes store at rest [J], whose round-off is no motion", 0.0
+    )
+    field_time: Array = meaning("(field records,): times of the whole fields [s]")
+    fields: Array = meaning(
+        "(field records, 3, nodes): displacements u, v, w of all nodes, round a loop from the drive rim; of a "
+        "machine with routes piece by piece, from rest [m]"
     )
     assumptions: tuple[str, ...] = meaning("what was left out", ())
     provenance: dict[str, Any] = meaning("version, drive, method and settings, as plain data")
@@ -241,6 +247,9 @@ class NetworkResult(RunResult):
     extremes: dict[str, tuple[float, float]] = meaning(
         "least and largest place of each coordinate over all steps"
     )
+    positions: tuple[Array, ...] = meaning(
+        "distances of the nodes of each piece from its start [m]; none where bodies travel", ()
+    )
     midpoint_peaks: dict[str, float] = meaning(
         "largest displacement across at the middle of each span over all steps [m]"
     )
@@ -254,6 +263,21 @@ class NetworkResult(RunResult):
     error_estimate: dict[str, Any] | None = meaning(
         "discretisation error by channel, if it was asked for: its size, relative size and order", None
     )
+
+    @property
+    def content(self) -> Content:
+        """Everything, as a dataset or a file takes it."""
+        found = super().content
+        if not len(self.field_time):
+            return found
+        pieces = [name for name, own in zip(self.spans, self.positions, strict=True) for _ in own]
+        names, where = ("field_time", "node", "plane"), "distance of a node from its piece's start"
+        found.coordinates.append(Variable(names[0], names[:1], self.field_time, "s", "time of a whole field"))
+        found.coordinates.append(Variable("position", ("node",), np.concatenate(self.positions), "m", where))
+        fields = self.fields.transpose(0, 2, 1)
+        found.variables.append(Variable("field", names, fields, "m", "displacement of all nodes"))
+        words = {"plane": ("plane", list(PLANES)), "node_piece": ("node", pieces)}
+        return found._replace(words=words)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -112,6 +112,7 @@ class NetworkCase(RopeRun):
     def result(self, outcome: Outcome) -> NetworkResult:
         """Result of the run, as far as it went."""
         mesh, state, rows = self.mesh, outcome.state, outcome.rows
+        outcome = outcome._replace(fields=outcome.fields - self.rest.x)
         columns = {channel.name: k for k, channel in enumerate(self.channels)}
         energies = rows[:1, columns["rope_energy"] : columns["rope_energy"] + 4].sum() if len(rows) else 0.0
         work = float(np.max(rows[:, columns["torque_work"]], initial=0.0))
@@ -124,6 +125,7 @@ class NetworkCase(RopeRun):
         return NetworkResult(
             **common_of_routes(self, outcome, mesh.names),
             spans=mesh.pieces,
+            positions=tuple(mesh.positions),
             energy_handled=max(float(energies), 0.0) + work,
             energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length))
             + abs(self.rest.energy),
@@ -199,7 +201,6 @@ def check_routes(drive: RoutedDrive, scheme: Scheme, recording: Recording, start
             any(getattr(start, name) for name in OF_LOOPS),
             'angles at the start are for loops and lines: give "places" and "speeds"',
         ),
-        (recording.fields, "whole fields are not kept of routes: leave them out"),
         *never_simulated(drive),
         (
             damped and scheme.slack == "tension-only",
