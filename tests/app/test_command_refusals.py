@@ -136,7 +136,7 @@ ROWS = {
             for machine, option, word in (
                 ("printer-idlers", "--pluck-upper '1 mm'", '"upper" is no span: take one of left clamp'),
                 ("printer-idlers", "--model fast", '"loop" or "line" only'),
-                ("printer-idlers", "--fields 2 -o run.nc", "fields"),
+                ("camera-winches", "--travel --fields 2 -o run.nc", "fields"),
                 ("printer-idlers", "--pluck '1 mm'", "SPAN=HEIGHT"),
                 (D2, "--pluck 'left=1 mm'", "take one of upper; lower"),
                 (D2, "--torque-on motor", "the motors are drive pulley"),

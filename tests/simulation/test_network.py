@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.methods import time_grid
@@ -173,7 +174,7 @@ def test_steps_are_leapfrog_on_the_forces_of_the_law(model):
 
 
 def test_whole_fields_of_a_machine_with_routes_meet_its_channels(tmp_path):
-    """Ends of pieces where the coordinates put them, middles where the channels have them; also in the file."""
+    """Ends of pieces where the coordinates put them, middles as the channels have them; also in the file."""
     given = {"scheme": Scheme(segments=6), "recording": Recording(rate=1e4, fields=3)}
     start = Start(places={"head.x": 1e-4}, plucks=(Pluck(height=1e-4, span="motor to lower idler"),))
     run = cd.simulate(PRINTER, 1e-3, start=start, output=tmp_path / "run.nc", **given)
@@ -190,6 +191,35 @@ def test_whole_fields_of_a_machine_with_routes_meet_its_channels(tmp_path):
     field = run.to_xarray()["field"]
     assert field.dims == ("field_time", "node", "plane")
     np.testing.assert_array_equal(field.sel(plane="w"), run.fields[:, 2])
+
+
+@pytest.mark.kernel
+@pytest.mark.parametrize("name", ["serpentine", "tendon-finger", "corexy"])
+def test_energy_of_every_machine_is_conserved_to_round_off(name):
+    """Ropes of several tensions and in parallel, bodies that turn, dampers; Stoermer-Verlet's motion."""
+    given = {"torque": 0.02, "recording": Recording(rate=2e3)}
+    found, verlet = (
+        cd.simulate(cd.load_drive(name), 0.02, scheme=Scheme(segments=12, method=method), **given)
+        for method in ("energy-conserving", "verlet")
+    )
+    assert found.energy_budget_error < 1e-13
+    moved = np.array([list(run.extremes.values()) for run in (found, verlet)])
+    np.testing.assert_allclose(moved[0], moved[1], atol=1e-6 * np.abs(moved).max())
+
+
+@pytest.mark.kernel
+def test_damped_ropes_of_a_machine_with_routes_go_slack_as_those_of_a_loop():
+    drive = cd.load_drive(
+        "dissertation-2", overrides=["cable.axial_damping=0.1", "layout.gravity=0", "cable.pretension=1"]
+    )
+    given = {"scheme": Scheme(segments=12, slack="tension-only"), "recording": Recording(rate=2e3)}
+    loop, route = (
+        cd.simulate(own, 0.05, torque=torque, **given)
+        for own, torque in ((drive, 5.0), (as_machine(drive), -5.0))
+    )
+    assert loop.slack_events
+    np.testing.assert_allclose(-route.channel("load pulley"), loop.load_angle, rtol=1e-9)
+    np.testing.assert_allclose(route.channel("axial_loss"), loop.channel("axial_loss"), rtol=1e-9)
 
 
 def printer_lumps(parts):

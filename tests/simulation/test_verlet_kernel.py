@@ -52,7 +52,12 @@ def start_of(case, *, planar=False):
     plan, start, torque, forces = setting(case)
     if planar:
         start.x[1], start.x_t[1] = 0.0, 0.0
-    return as_bent(plan), start._replace(extra=auxiliary(plan, law_of(plan), start)), torque, forces
+    return (
+        as_bent(plan),
+        start._replace(extra=auxiliary(plan, [law_of(plan)] * len(plan.nodes), start)),
+        torque,
+        forces,
+    )
 
 
 def assert_equal_runs(inputs, compiled, readable, every=EVERY):

@@ -13,6 +13,8 @@ for the energy V beyond the linear one and its forces F, Eqs. (L.1)-(L.3).
 from math import sqrt
 from typing import Any
 
+import numpy as np
+
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inner, njit_strict
 from cabledrive.simulation import dampers as of
@@ -67,12 +69,20 @@ def step_with_energy(
         work.trial[0, i], work.trial[1, i] = work.force[i], 0.0
     add_pulls(plan, work, work.trial[1])
     met, answer, damped = 0.0, 0.0, plan.axial != of.UNDAMPED
-    for axis in range(3):
-        for i in range(1, last):
-            kick = plan.node[at.KICK_U if axis == 0 else at.KICK_T, i]
-            force = rest[axis, i] - rest[axis, i - 1] if kick > 0.0 else 0.0
-            met += force * (old[axis, i] + x_t[axis, i])
-            answer += kick * force * force
+    one = np.uintp(1)  # an index that might be negative would keep from taking many nodes at once
+    for piece in range(plan.nodes.shape[0]):
+        ropes, start = plan.piece[piece, at.ROPES], np.uintp(plan.nodes[piece, 0])
+        for axis in range(3):
+            kick, own_met, own_answer = plan.node[at.KICK_U if axis == 0 else at.KICK_T], 0.0, 0.0
+            pull, slow, speed = rest[axis], old[axis], x_t[axis]
+            for number in range(np.uintp(plan.nodes[piece, 1]) - start - one):
+                before = start + number
+                node = before + one
+                force = pull[node] - pull[before] if kick[node] > 0.0 else 0.0
+                own_met += force * (slow[node] + speed[node])
+                own_answer += kick[node] * force * force
+            met += ropes * own_met
+            answer += ropes * own_answer
     if damped:
         copy_rows(x_t, free)
     change, result, c = 0.0, 0.0, 1.0
@@ -86,7 +96,7 @@ def step_with_energy(
         turn_and_damp(plan, q_t, x_t, work.lost, work)
         if damped:
             place_ends(plan, q, work.new, x, x_t)
-            result = scale * (power(rest, old) + power(rest, x_t))
+            result = scale * (power(plan, rest, old) + power(plan, rest, x_t))
         else:
             moved = met + c * answer
             for i in range(n):
@@ -134,36 +144,52 @@ def sum_with_loss(extra: Array, number: int, value: float, amount: float) -> flo
 @njit_inner
 def add_linear(plan: Plan, x: Array, p: Array, out: Array, sign: float) -> None:
     """Components plus or minus those of the linear law."""
-    for axis in range(3):
-        along = plan.piece[0, at.RIGIDITY] if axis == 0 else 0.0
-        stiffness = sign * (plan.piece[0, at.PRETENSION] + along)
-        for i in range(p.shape[1]):
-            slope = (x[axis, i + 1] - x[axis, i]) * plan.segment[at.INVERSE_SPACING, i]
-            out[axis, i] = p[axis, i] + stiffness * slope
+    for piece in range(plan.nodes.shape[0]):
+        for axis in range(3):
+            along = plan.piece[piece, at.RIGIDITY] if axis == 0 else 0.0
+            stiffness = sign * (plan.piece[piece, at.PRETENSION] + along)
+            start, inverse = np.uintp(plan.nodes[piece, 0]), plan.segment[at.INVERSE_SPACING]
+            place, given, made = x[axis], p[axis], out[axis]
+            for k in range(np.uintp(plan.nodes[piece, 1]) - start):
+                i = start + k
+                made[i] = given[i] + stiffness * (place[i + np.uintp(1)] - place[i]) * inverse[i]
 
 
 @njit_inner
-def power(rest: Array, x_t: Array) -> float:
-    """Power of components on the differences of velocities."""
+def power(plan: Plan, rest: Array, x_t: Array) -> float:
+    """Power of components of all ropes on the differences of velocities."""
     total = 0.0
-    for axis in range(3):
-        for i in range(rest.shape[1]):
-            total += rest[axis, i] * (x_t[axis, i + 1] - x_t[axis, i])
+    for piece in range(plan.nodes.shape[0]):
+        own, start = 0.0, np.uintp(plan.nodes[piece, 0])
+        for axis in range(3):
+            for k in range(np.uintp(plan.nodes[piece, 1]) - start):
+                i = start + k
+                own += rest[axis, i] * (x_t[axis, i + np.uintp(1)] - x_t[axis, i])
+        total += plan.piece[piece, at.ROPES] * own
     return total
 
 
 @njit_inner
 def nonlinear_energy(plan: Plan, x: Array) -> float:
     """Elastic energy beyond that of the linear law."""
-    total, rigidity = 0.0, plan.piece[0, at.RIGIDITY]
-    rigidity += 0.0 if plan.law == at.EXACT else plan.piece[0, at.PRETENSION]
+    energy = 0.0
     if plan.law == at.LINEAR:
         return 0.0
-    for i in range(x.shape[1] - 1):
-        u_x, v_x, w_x = gradients(x, plan.segment[at.INVERSE_SPACING], i)
-        slopes = transverse_stretch(plan.law, u_x, v_x, w_x)
-        total += plan.segment[at.SPACING, i] * slopes * (2.0 * u_x + slopes)
-    return 0.5 * rigidity * total
+    for piece in range(plan.nodes.shape[0]):
+        total, rigidity = 0.0, plan.piece[piece, at.RIGIDITY]
+        rigidity += 0.0 if plan.law == at.EXACT else plan.piece[piece, at.PRETENSION]
+        start, h, inverse = (
+            np.uintp(plan.nodes[piece, 0]),
+            plan.segment[at.SPACING],
+            plan.segment[at.INVERSE_SPACING],
+        )
+        for k in range(np.uintp(plan.nodes[piece, 1]) - start):
+            i = start + k
+            u_x, v_x, w_x = gradients(x, inverse, i)  # type: ignore[arg-type]  # unsigned
+            slopes = transverse_stretch(plan.law, u_x, v_x, w_x)
+            total += h[i] * slopes * (2.0 * u_x + slopes)
+        energy += 0.5 * plan.piece[piece, at.ROPES] * rigidity * total
+    return energy
 
 
 @njit_inner
@@ -171,7 +197,7 @@ def own_balance(plan: Plan, work: Workspace, after: Array, stored: float) -> flo
     """What the balance of this scheme has beyond that of Stoermer-Verlet; ``work.p`` holds the components."""
     x = work.before[0]
     add_linear(plan, x, work.p, work.p, -1.0)
-    changed = 0.5 * (power(work.p, after) - power(work.p, work.before[1]))
+    changed = 0.5 * (power(plan, work.p, after) - power(plan, work.p, work.before[1]))
     return stored - nonlinear_energy(plan, x) - 0.5 * plan.step * changed
 
 

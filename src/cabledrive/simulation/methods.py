@@ -45,6 +45,7 @@ def check_method(name: str, plan: Plan) -> None:
         "energy-conserving": {
             f'model = "{law and law.name}", which has no potential energy': law and not law.has_potential,
             'slack = "tension-only", whose energy has no lower bound': plan.tension_only,
+            "ropes that slip on pulleys (capstan_friction)": bool((plan.wrap[:, 0] >= 0).any()),
         },
     }
     refused = table.get(name, {})
@@ -56,15 +57,16 @@ def check_method(name: str, plan: Plan) -> None:
             raise InputRefused(f'method = "{name}" does not know {what}: use {instead}')
 
 
-def auxiliary(plan: Plan, law: CableLaw, state: State) -> Array:
+def auxiliary(plan: Plan, laws: Sequence[CableLaw], state: State) -> Array:
     """Of "energy-conserving": energy half a step before the start, a shift C, losses, (3 + n,) [J], [m]."""
-    extra = np.zeros(at.PLACES_LOST + state.q.size)
-    for x in (state.x, state.x - plan.step * state.x_t):
-        u_x, v_x, w_x = np.diff(x, axis=1) * plan.segment[at.INVERSE_SPACING]
-        quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
-        extra[at.STORED] += 0.5 * plan.segment[at.SPACING] @ (law.energy_density(u_x, v_x, w_x) - quadratic)
-    lowest = plan.piece[0, at.PRETENSION] * plan.piece[0, at.SLACK_STRAIN]
-    extra[at.SHIFT] = -0.5 * lowest * float(np.sum(plan.segment[at.SPACING]))
+    extra, spacing = np.zeros(at.PLACES_LOST + state.q.size), plan.segment[at.SPACING]
+    for law, piece, (first, last) in zip(laws, plan.piece, plan.nodes, strict=True):
+        h = spacing[first:last] * piece[at.ROPES]
+        for x in (state.x, state.x - plan.step * state.x_t):
+            u_x, v_x, w_x = np.diff(x[:, first : last + 1], axis=1) / spacing[first:last]
+            quadratic = 0.5 * (law.stiffness * u_x**2 + law.pretension * (v_x**2 + w_x**2))
+            extra[at.STORED] += 0.5 * h @ (law.energy_density(u_x, v_x, w_x) - quadratic)
+        extra[at.SHIFT] -= 0.5 * piece[at.PRETENSION] * piece[at.SLACK_STRAIN] * float(np.sum(h))
     return extra
 
 

@@ -248,7 +248,7 @@ class RopeRun(PreparedRun):
         state = half_step_before(self.plan, self.laws, copy_state(self.start), torque, forces)
         if self.scheme.method != "energy-conserving":
             return state
-        return state._replace(extra=auxiliary(self.plan, self.laws[0], state))
+        return state._replace(extra=auxiliary(self.plan, self.laws, state))
 
     def integrate(self, state: State, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
         """Take the steps, the first of every ``every`` recorded; why they end."""

@@ -88,8 +88,8 @@ class RunResult(Result):
     )
     field_time: Array = meaning("(field records,): times of the whole fields [s]")
     fields: Array = meaning(
-        "(field records, 3, nodes): displacements u, v, w of all nodes, round a loop from the drive rim; of a "
-        "machine with routes piece by piece, from rest [m]"
+        "(field records, 3, nodes): displacements u, v, w of all nodes, round a loop from the drive rim; of "
+        "a machine with routes piece by piece, from rest [m]"
     )
     assumptions: tuple[str, ...] = meaning("what was left out", ())
     provenance: dict[str, Any] = meaning("version, drive, method and settings, as plain data")

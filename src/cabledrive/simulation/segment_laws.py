@@ -167,15 +167,17 @@ def strains(plan: Plan, x: Array, tension: Array, stored: Array) -> None:
 def strain_directions(plan: Plan, x: Array, direction: Array) -> None:
     """Derivative of the strain of each segment, along which it is damped; zero where it is slack."""
     inverse = plan.segment[at.INVERSE_SPACING]
-    for i in range(inverse.size):
-        u_x, v_x, w_x = gradients(x, inverse, i)
-        along, sideways = 1.0, 0.0 if plan.law == at.LINEAR else 1.0
-        if plan.law == at.EXACT:
-            sideways = 1.0 / sqrt((1.0 + u_x) ** 2 + v_x * v_x + w_x * w_x)
-            along = (1.0 + u_x) * sideways
-        if plan.tension_only and segment_strain(plan.law, x, inverse, i) < plan.piece[0, at.SLACK_STRAIN]:
-            along, sideways = 0.0, 0.0
-        direction[0, i], direction[1, i], direction[2, i] = along, sideways * v_x, sideways * w_x
+    for piece in range(plan.nodes.shape[0]):
+        limit = plan.piece[piece, at.SLACK_STRAIN]
+        for i in range(plan.nodes[piece, 0], plan.nodes[piece, 1]):
+            u_x, v_x, w_x = gradients(x, inverse, i)
+            along, sideways = 1.0, 0.0 if plan.law == at.LINEAR else 1.0
+            if plan.law == at.EXACT:
+                sideways = 1.0 / sqrt((1.0 + u_x) ** 2 + v_x * v_x + w_x * w_x)
+                along = (1.0 + u_x) * sideways
+            if plan.tension_only and segment_strain(plan.law, x, inverse, i) < limit:
+                along, sideways = 0.0, 0.0
+            direction[0, i], direction[1, i], direction[2, i] = along, sideways * v_x, sideways * w_x
 
 
 @njit_inner

@@ -188,10 +188,7 @@ def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:
 
 def check_routes(drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Start) -> None:
     """Refuse what no run of a machine with routes has."""
-    both = zip(drive.route, drive.ropes, strict=True)
-    damped = next((data.name for data, rope in both if rope.axial_damping), "")
     for refused, why in (
-        (scheme.method != "verlet", f'method = "{scheme.method}" is for loops and lines: take "verlet"'),
         (
             scheme.friction == "smoothed"
             and any(own.coulomb_friction and own.pivot is None for own in drive.body),
@@ -202,11 +199,6 @@ def check_routes(drive: RoutedDrive, scheme: Scheme, recording: Recording, start
             'angles at the start are for loops and lines: give "places" and "speeds"',
         ),
         *never_simulated(drive),
-        (
-            damped and scheme.slack == "tension-only",
-            f'a rope that goes slack with axial_damping (route "{damped}") is not simulated: '
-            "set axial_damping to 0, or leave --tension-only out",
-        ),
     ):
         if refused:
             raise InputRefused(f'kind = "route": {why}')
