@@ -82,6 +82,7 @@ class LoopCase(RopeRun):
         middles = zip(mesh.pieces, 0.5 * mesh.length, strict=True)
         columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
         estimate = estimated_errors(self, outcome, columns)
+        slips = any(pulley.capstan_friction is not None for pulley in self.machine.pulley)
         handled = 0.0
         if len(rows):  # what it started with above the energy at rest, and the work done on it
             start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) - self.rest_energy
@@ -96,7 +97,7 @@ class LoopCase(RopeRun):
             slack_events=self.slack_events(outcome.state),
             extremes=self._extremes(outcome.state),
             error_estimate=estimate and ErrorEstimate(segments=estimate[0], **estimate[1]),
-            assumptions=neglected([self.machine.cable], self.machine.motors),
+            assumptions=(*neglected([self.machine.cable], self.machine.motors), *_FAST[:slips]),
             provenance=self.provenance(
                 {
                     "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
@@ -130,6 +131,9 @@ class LoopCase(RopeRun):
         for span, (v, w) in zip(self.mesh.pieces, state.peaks.tolist(), strict=True):
             found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
         return found
+
+
+_FAST = ("the cable does not slip on its pulleys: capstan_friction is left out",)
 
 
 def case_of(
