@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
 from cabledrive.modal import modes as natural_modes
-from cabledrive.modal import natural_frequencies
-from cabledrive.modal.natural import longitudinal_modes
+from cabledrive.modal.natural import longitudinal_modes, natural_frequencies
 from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.parameters.keys import varied_together
 from cabledrive.studies import frequency_against

@@ -3,7 +3,7 @@
 from contextlib import suppress
 from dataclasses import fields, replace
 from functools import partial
-from math import atan, exp, isfinite, pi, radians, sqrt, tanh
+from math import atan, exp, hypot, isfinite, pi, radians, sqrt, tanh
 
 import numpy as np
 import pytest
@@ -57,10 +57,15 @@ def test_figure_is_its_formula(sheet, quantity, value):
     assert getattr(sheet, quantity) == pytest.approx(value, rel=1e-14)
 
 
+def with_small_pulleys(drive):
+    """Of a micrometre, so that sag moves the points where the cable leaves them by nothing."""
+    return replace(drive, pulley=tuple(replace(one, radius=1e-6) for one in drive.pulley))
+
+
 @pytest.mark.parametrize("name", ["dissertation-1", "dissertation-3", "printer-belt", "ropeway"])
 def test_sag_of_an_empty_level_span_is_that_of_its_catenary(name):
     """And Irvine's parameter of an even weight is (q L / H)^2 EA / H, at the tension that is there."""
-    drive = replace(load_drive(name), carriage=())
+    drive = with_small_pulleys(replace(load_drive(name), carriage=()))
     sheet, (sag, pull) = derived_quantities(drive), catenary_sag(drive)
     assert sheet.static_sag == pytest.approx(sag, rel=1e-6)
     weight = drive.cable.mass_per_length * 9.81 * drive.span_length
@@ -72,13 +77,17 @@ def test_sag_of_an_empty_level_span_is_that_of_its_catenary(name):
 
 
 @pytest.mark.parametrize("name", ["ropeway", "camera-line", "elevator"])
-def test_table_of_spans_has_the_unstretched_length_of_the_file_and_all_weights(name):
+def test_table_of_spans_has_the_rope_between_its_wheels_and_all_weights(name):
     """By routes, sag included; Irvine's parameter is 12 EA/T times the mean of (V/T)^2."""
     drive = load_drive(name)
     machine = as_machine(drive)
     for span, row in zip(drive.spans, span_rows(machine, statics_of(machine)), strict=True):
-        assert row["unstretched_length"] == pytest.approx(drive.span_length, rel=1e-9)
         own = [stretch for stretch in rest_state(drive).stretches if stretch.span == span]
+        length = sum(stretch.length for stretch in own)
+        assert row["unstretched_length"] == pytest.approx(length, rel=1e-12)
+        assert length == pytest.approx(
+            drive.span_length, rel=5e-3
+        )  # what sag takes from the wheels, or gives
         places = np.linspace(0.0, 1.0, 2001)
         forces = [stretch.force_at(stretch.start + stretch.length * places) for stretch in own]
         parts = np.array([stretch.length for stretch in own]) / drive.span_length
@@ -135,7 +144,16 @@ def test_sheet_and_warnings_of_any_drive_are_finite_and_plain(drive):
         sheet = derived_quantities(drive).as_dict()
     except NotComputed:  # no state of rest is found of a rope that hardly pulls at all
         weight = drive.cable.mass_per_length * drive.span_length * drive.layout.gravity
-        assert weight > 1e3 * drive.cable.pretension
+        steep = weight > (10.0 if drive.kind == "loop" else 1.0) * drive.cable.pretension
+        assert (
+            steep
+            or drive.cable.prestrain > 1.0
+            or max(own.radius for own in drive.pulley) > 1e4 * drive.span_length
+        )
+        return
+    except InputRefused:  # one pulley reaches into the other
+        first, last = (pulley.radius for pulley in drive.pulley)
+        assert first + last > hypot(drive.pulley_distance, last - first)
         return
     assert all(isfinite(value) for key, value in sheet.items() if key != "reasons" and value is not None), (
         sheet

@@ -29,7 +29,7 @@ MACHINES = [
 
 
 def error_at_rest(drive):
-    """Largest error of force and length, relative: the force falls by what hangs, the rope reaches there."""
+    """Largest error of force and length, relative: forces fall by what hangs, ropes reach their wheels."""
     statics, g = statics_of(drive), weight(drive)
     places, weights = np.polynomial.legendre.leggauss(200)
     longer, errors = np.zeros(len(drive.route)), []
@@ -40,8 +40,12 @@ def error_at_rest(drive):
             for carriage, (at, place) in zip(drive.carriage, drive.carriage_places, strict=True)
             if at == number
         )
-        ends = ends @ frame.T / drive.route[span.route].ropes
+        ends = ends @ frame.T / drive.route[span.route].ropes * [[1.0], [-1.0]]
         force, reached, pieces = ends[0], np.zeros(2), statics.stretches[number]
+        wheels = [place.sense * place.radius for place in (span.start, span.end)]
+        angles = np.arctan2(ends[:, 1], ends[:, 0]) * np.abs(np.sign(wheels))
+        lifted = (np.array([np.sin(angles), 1.0 - np.cos(angles)]) * wheels).T
+        wound = wheels * angles / (1.0 + np.hypot(*ends.T) / rope.axial_rigidity)
         for i, (_, weighs, held) in enumerate([*own, (span.length, np.zeros(2), True)]):
             half = 0.5 * pieces[i].length
             along = force - np.outer(half * (1.0 + places), rope.density * frame @ g)
@@ -49,16 +53,22 @@ def error_at_rest(drive):
             reached += half * weights @ (along / rope.axial_rigidity + along / size)
             force = force - 2.0 * half * rope.density * frame @ g - weighs
             if held:  # a guide bears what it must
-                errors.append(abs(reached[1]) / span.length)
+                end = (lifted[1] if i == len(own) else np.zeros(2)) - lifted[0]
+                errors.append(abs(reached[1] - end[1]) / span.length)
                 force[1] = pieces[i + 1].force[1] if i < len(own) else force[1]
-        errors.append(np.abs(force + ends[1]).max() / np.abs(ends).max())
-        longer[span.route] += (reached[0] - span.length) / span.length
+        errors.append(np.abs(force - ends[1]).max() / np.abs(ends).max())
+        errors.append(0.0 if drive.body else abs(reached[0] - span.length - end[0]) / span.length)
+        straight = span.length / (1.0 + (rope.pretension or 0.0) / rope.axial_rigidity)
+        longer[span.route] += (
+            sum(piece.length for piece in pieces) - straight + wound[0] - wound[1]
+        ) / straight
     for one, rope, own, places in zip(drive.route, drive.ropes, longer, drive.places, strict=True):
         drum = places[-1].pulley
-        if one.closed and not drive.body:  # else they move
+        if one.closed:
             errors.append(abs(own))
-        elif not one.closed and drum is not None and not drive.pulley[drum].fixed and not drive.body:
-            errors.append(abs(ends[1, 0] / rope.pretension + 1.0))  # it keeps its torque
+        elif drum is not None and not drive.pulley[drum].fixed and not drive.body:  # it keeps its torque
+            load = rope.density * frame @ g @ lifted[1] / (1.0 + np.hypot(*ends[1]) / rope.axial_rigidity)
+            errors.append(abs((np.hypot(*ends[1]) + load) / rope.pretension - 1.0))
     return max(errors)
 
 

@@ -12,6 +12,7 @@ from cabledrive.modal.elements import ACROSS, Rope
 from cabledrive.modal.motion import HeldMode
 from cabledrive.parameters.route.two_pulleys import as_machine
 from network_samples import evenly, route, without_gravity
+from oracles import hanging_machine
 from oracles.rope_fem import Beam, frequencies
 from oracles.route_fem import frequencies_of_route
 
@@ -123,7 +124,7 @@ def test_a_loop_bends_as_the_same_machine_with_routes(case):
         cable, length = drive.cable, drive.pulley_distance
         bent = cable.bending_stiffness * (np.pi / length) ** 2
         hinged = np.sqrt((cable.pretension + bent) / cable.stretched_mass_per_length) / (2.0 * length)
-        assert own.transverse[0].frequency == pytest.approx(hinged, rel=2e-5)
+        assert own.transverse[0].frequency == pytest.approx(hinged, rel=5e-5)
 
 
 @pytest.mark.parametrize("bending", [2e-5, 2e-3])
@@ -188,11 +189,19 @@ def test_a_fast_belt_is_warned_of_and_says_that_its_bending_stiffness_is_left_ou
     assert "bending stiffness is left out" in warnings
 
 
-def test_a_span_that_sags_deep_is_not_certified():
-    """A camera of 1 kg lets its lines sag beyond what is taken for shallow."""
-    found = cd.modes(cd.load_drive("camera-winches", overrides=["body.camera.mass=1"]), below=2.0)
-    assert not found.certified
-    assert "sag" in found.certified_reason
+def test_a_span_that_sags_deep_is_certified(measured):
+    """A camera of 1 kg lets its lines sag more than any is taken for shallow."""
+    drive = cd.load_drive("camera-winches", overrides=["body.camera.mass=1"])
+    found, statics = cd.modes(drive, below=2.0), statics_of(drive)
+    truth = np.sort(np.concatenate(hanging_machine.frequencies(drive, tensions=statics.start)))
+    listed = by_multiplicity(found.modes)
+    expected = truth[truth < 2.0][found.rigid_body_modes :]
+    steepest = max(abs(own[0].force[1] / own[0].force[0]) for own in statics.stretches)
+    error = np.max(np.abs(listed / expected - 1.0))
+    measured(f"slopes up to {steepest:.2g}: {listed.size} modes, largest relative difference {error:.1e}")
+    assert found.certified
+    assert steepest > 0.04
+    assert error < 1e-6
 
 
 # --- The packaged machines: certified modes against finite elements from their files
@@ -215,11 +224,16 @@ def test_its_modes_are_those_of_finite_elements(name, measured):
     drive, below = cd.load_drive(name), BELOW[name]
     found, statics = cd.modes(drive, below=below), statics_of(drive)
     tensions = list(zip(statics.start, statics.end, strict=True))
-    truth = frequencies_of_route(drive, tensions, DEGREE.get(name, 16), below)
+    if name == "camera-winches":  # which hangs
+        both = hanging_machine.frequencies(drive, tensions=statics.start)
+        truth = np.sort(np.concatenate(both))
+        assert max(own[0] for own in both) < below < min(own[-1] for own in both)
+    else:
+        truth = frequencies_of_route(drive, tensions, DEGREE.get(name, 16), below)
     listed = by_multiplicity(found.modes)
     expected = truth[truth < below][found.rigid_body_modes :]
     assert found.certified
     assert listed.size == found.certificate.count == expected.size > 0
     error = np.max(np.abs(listed / expected - 1.0))
     measured(f"{name}: {listed.size} modes below {below:g} Hz, largest relative difference {error:.1e}")
-    assert error < (2e-6 if name == "camera-winches" else 1e-6), error  # sag is shallow in the elements
+    assert error < 1e-6, error

@@ -70,8 +70,7 @@ def elements(drive, motor, hold):
 
 def straight(drive, ways, held=()):
     """Frequencies of a machine without gravity in some ways [Hz]."""
-    pulls = [drive.cable.pretension] * len(drive.free_spans)
-    return hanging_machine.frequencies(drive, pulls, keeps=True, ways=[ways], held=held, degree=46)[0]
+    return hanging_machine.frequencies(drive, ways=[ways], held=held, degree=46)[0]
 
 
 @QUICK

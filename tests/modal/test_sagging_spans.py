@@ -10,7 +10,6 @@ import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import span_rows
 from cabledrive.modal.natural import straight_modes
-from cabledrive.modal.ranges import AT_PULLEYS
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.parts import (
     Anchor,
@@ -22,7 +21,6 @@ from cabledrive.parameters.route.parts import (
     RoutedPulley,
     RouteLayout,
 )
-from cabledrive.parameters.route.two_pulleys import as_machine
 from network_samples import rope_of
 from oracles import hanging_machine
 from oracles.rope_fem import HangingRope
@@ -42,9 +40,9 @@ def one_span(pull):
     )
 
 
-def in_the_plane(drive, machine=None):
-    """Frequencies in the plane [Hz] of a machine, of the drive itself by default, under the drive's pulls."""
-    return hanging_machine.frequencies(machine or drive, statics_of(drive).start)[0]
+def in_the_plane(drive):
+    """Frequencies in the plane [Hz] of elements about the exact rest on round wheels."""
+    return hanging_machine.frequencies(drive)[0]
 
 
 @pytest.mark.parametrize("pull", [1e5, 4e4, 2e4, 1e4])
@@ -55,7 +53,7 @@ def test_what_sag_shifts_of_straight_ropes_lies_within_the_bound_and_is_flagged(
     found = straight_modes(drive, below=below, hold=["drum"])
     straight = next(mode.frequency for mode in found.transverse if mode.plane == "w")
     held = replace(drive, pulley=(replace(drive.pulley[0], fixed=True),))
-    truth = in_the_plane(drive, held)[0]
+    truth = in_the_plane(held)[0]
     irvine = span_rows(drive, statics_of(drive))[0]["irvine_parameter"]
     shift, bound = truth / straight - 1.0, 4.0 * irvine / np.pi**4
     measured(
@@ -151,59 +149,27 @@ def random_machine(rng, steepest):
     )
 
 
-def stated(drive):
-    """The largest error by what sag does where ropes leave their wheels, by slopes at rest."""
-    worst = []
-    for span, parts in zip(drive.free_spans, statics_of(drive).stretches, strict=True):
-        ends = ((span.start, parts[0].force), (span.end, parts[-1].end_force))
-        slopes = [(place.radius, abs(across / along)) for place, (along, across) in ends if place.radius]
-        moved = sum(radius * slope for radius, slope in slopes) / span.length
-        worst.append(max(slope for _, slope in slopes) ** 2 + moved)
-    return AT_PULLEYS * max(worst)
-
-
 @pytest.mark.parametrize("seeds", [range(4), range(4, 8), pytest.param(range(100), marks=pytest.mark.verify)])
 def test_random_machines_that_sag_have_the_modes_of_the_divided_cable(seeds, measured):
-    """Wheels, bodies on springs, hanging carriages; slopes from 0.2 % to 12 %; of the first six modes.
-
-    Largest error over the stated one, and largest error of a certified list.
-    """
-    worst, certified, straight = 0.0, 0.0, 0.0
+    """Wheels, bodies on springs, hanging carriages; slopes from 0.2 % to 30 %; the first six modes."""
+    worst, straight = 0.0, 0.0
     for seed in seeds:
         rng = np.random.default_rng([77, seed])
-        drive = random_machine(rng, 10 ** rng.uniform(-2.7, -0.9))
+        drive = random_machine(rng, 10 ** rng.uniform(-2.7, -0.5))
         below, inside = cd.modes(drive, count=1).modes[0].frequency, []
         while len(inside) < 6:
             found = cd.modes(drive, below=(below := 1.5 * below))
             inside = [mode for mode in found.modes if mode.plane != "v"][:6]
         own = np.array([mode.frequency for mode in inside])
         truth = in_the_plane(drive)[: own.size]
-        error = float(np.max(np.abs(own / truth - 1.0)))
-        worst = max(worst, error / stated(drive))
-        certified = max(certified, error if found.certified else 0.0)
+        assert found.certified, found.certified_reason
+        worst = max(worst, float(np.max(np.abs(own / truth - 1.0))))
         other = straight_modes(drive, below=2.0 * own[-1]).modes
         other = np.array([mode.frequency for mode in other if mode.plane != "v"][:6])
         straight = max(straight, float(np.max(np.abs(other / truth - 1.0))))
-    measured(
-        f"largest error over the stated one {worst:.2f}, of a certified list {certified:.1e}; straight ropes "
-        f"{straight:.2g}"
-    )
-    assert worst < 1.0
-    assert certified < 1e-3
+    measured(f"largest error {worst:.1e}; of straight ropes {straight:.2g}")
+    assert worst < 1e-10
     assert straight > 0.02
-
-
-@pytest.mark.parametrize(("name", "least", "most"), [("camera-line", 4e-3, 6e-3), ("ropeway", 1e-2, 1.4e-2)])
-def test_lines_that_leave_their_drums_steeply_are_not_certified(name, least, most, measured):
-    """Their first mode in the plane against the rope divided about its catenary on round wheels."""
-    drive = cd.load_drive(name)
-    found = cd.modes(drive, count=3)
-    first = next(mode.frequency for mode in found.transverse if mode.plane == "w")
-    error = first / in_the_plane(as_machine(drive))[1] - 1.0  # behind the rope that runs from drum to drum
-    measured(f"{name}: first mode {error:.1e} too high, certified {found.certified}")
-    assert least < error < most
-    assert not found.certified
-    assert "leave their pulleys" in found.certified_reason
 
 
 @pytest.mark.parametrize("irvine", [0.5, 2.0, 4 * np.pi**2, 200.0])

@@ -2,10 +2,11 @@
 
 Places on a rope are functions of the unstretched length from the start of a part, between two of the joints
 that its carriages are; a wheel's rim moves an end along the rope's own direction there. Shared with the
-package: the file's numbers and the pull along the chord at the start of each span.
+package: the file's numbers.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import asinh, hypot
 
 import numpy as np
@@ -45,23 +46,19 @@ class Part:
         return 0.5 * self.length * (weights * stretch) @ direction
 
 
-def catenary(rope, size, gravity, pull, hung, keeps):
-    """Parts of a rope whose ends lie on its chord, of length ``size``, and its force at the end.
+def catenary(rope, lengths, gravity, pull, hung, size):
+    """Parts of a rope of such lengths whose ends and guided carriages lie on its chord, and its force there.
 
-    ``gravity``, shape (2,), in the frame of the chord; ``pull``: force along it at the start; ``hung``:
-    share of the chord, mass, and whether it is guided, of each carriage: what guides one bears all across.
-    ``keeps``: whether parts have the lengths of a straight rope, else those that reach from end to end.
+    ``gravity``, shape (2,), in the frame of the chord; ``pull``: force along it at the start; ``hung``: mass
+    of each carriage and whether it is guided: what guides one bears all across. ``size``: of the chord.
     """
-    shares = np.array([*(one[0] for one in hung), 1.0])
-    guided = np.array([*(one[2] for one in hung), True])
+    guided = np.array([*(one[1] for one in hung), True])
     held = np.sum(guided)
-    straight = size * np.diff(shares, prepend=0.0) / (1.0 + (rope.pretension or pull) / rope.axial_rigidity)
 
     def parts_of(unknown):
-        parts, jumps = [], iter(pull * unknown[:held])
+        parts, jumps = [], iter(pull * unknown)
         force = np.array([pull, next(jumps)])
-        factors = np.ones(shares.size) if keeps else unknown[held:]
-        for length, (_, mass, is_held) in zip(factors * straight, [*hung, (1.0, 0.0, False)], strict=True):
+        for length, (mass, is_held) in zip(lengths, [*hung, (0.0, False)], strict=True):
             parts.append(Part(length, force, rope.density * gravity, rope.axial_rigidity))
             force = force - (length * rope.density + mass) * gravity
             force[1] = next(jumps) if is_held else force[1]
@@ -69,61 +66,163 @@ def catenary(rope, size, gravity, pull, hung, keeps):
 
     def miss(unknown):
         ends = np.cumsum([part.chord() for part in parts_of(unknown)[0]], axis=0) / size
-        return [*ends[guided, 1], *([] if keeps else ends[:, 0] - shares)]
+        return ends[guided, 1]
 
-    load = rope.density * size + sum(one[1] for one in hung)
-    across = 0.5 * load / held * gravity[1] / pull * np.ones(held)
-    found = root(miss, [*across, *([] if keeps else np.ones(shares.size))], tol=1e-13)
+    load = rope.density * size + sum(one[0] for one in hung)
+    found = root(miss, 0.5 * load / held * gravity[1] / pull * np.ones(held), tol=1e-13)
     assert np.max(np.abs(found.fun)) < 1e-11
     return parts_of(found.x)
 
 
-def settled(drive, frame, pull, hung, keeps):
-    """Along and across the chord of a span, directions in which rims move its ends, and its parts.
+@dataclass(frozen=True)
+class Settled:
+    """A span at rest: axes of its chord, directions at its ends, parts, by what it misses its end."""
 
-    Its ends lie on their wheels where it leaves them, or, if it ``keeps``, where a straight one would.
+    axes: np.ndarray
+    directions: list
+    parts: list
+    tensions: tuple  # where a straight rope leaves its wheels
+    missing: float
+
+
+def settled(drive, frame, pull, hung, fed):
+    """A span between where it leaves its wheels, with rope that was fed in at its start and out at its end.
+
+    ``hung``: share of the length of the straight rope, mass, whether it is guided, of each carriage.
     """
-    first, last, along, _, number = frame
-    directions = along, along
-    for _ in range(1 if keeps else 9):
-        ends = [
+    first, last, along, straight, number = frame
+    rope = drive.ropes[number]
+    cut = straight / (1.0 + (rope.pretension or 0.0) / rope.axial_rigidity)
+    shares = np.array([0.0, *(one[0] for one in hung), 1.0])
+    directions, ends = [along, along], [pull, pull]
+    for _ in range(60):
+        turns = [np.arctan2(along[0] * d[1] - along[1] * d[0], along @ d) for d in directions]
+        arcs = [
+            place[2] * turn / (1.0 + tension / rope.axial_rigidity)
+            for place, turn, tension in zip((first, last), turns, ends, strict=True)
+        ]
+        lengths = cut * np.diff(shares)
+        lengths[0] += fed[0] - arcs[0]
+        lengths[-1] += arcs[1] - fed[1]
+        contacts = [
             np.array(place[0]) - place[2] * np.array([-direction[1], direction[0]])
             for place, direction in zip((first, last), directions, strict=True)
         ]
-        chord = ends[1] - ends[0]
+        chord = contacts[1] - contacts[0]
         size = np.hypot(*chord)
         axes = np.array([chord, [-chord[1], chord[0]]]) / size
-        parts, end = catenary(drive.ropes[number], size, axes @ weight_of(drive), pull, hung, keeps)
-        if not keeps:
-            directions = [force / np.hypot(*force) @ axes for force in (parts[0].force, end)]
-    return axes, directions, parts
+        parts, end = catenary(rope, lengths, axes @ weight_of(drive), pull, [one[1:] for one in hung], size)
+        before = directions
+        ends = [np.hypot(*parts[0].force), np.hypot(*end)]
+        directions = [
+            force / tension @ axes for force, tension in zip((parts[0].force, end), ends, strict=True)
+        ]
+        if np.max(np.abs(np.subtract(before, directions))) < 1e-15:
+            break
+    missing = sum(part.chord()[0] for part in parts) / size - 1.0
+    normal = np.array([-along[1], along[0]])
+    onward = []  # tension where a straight rope leaves its wheels: of the rope between hangs on it
+    for place, contact, tension in zip((first, last), contacts, ends, strict=True):
+        moved = contact - np.array(place[0]) + place[2] * normal
+        onward.append(
+            tension + rope.density / (1.0 + tension / rope.axial_rigidity) * weight_of(drive) @ moved
+        )
+    return Settled(axes, directions, parts, tuple(onward), missing)
 
 
-def frequencies(drive, pulls, *, keeps=False, ways=PLANES, held=(), degree=26):
+def at_rest(drive):
+    """Every span at rest: wheels pass the tension on, and the rope that a span has too much.
+
+    At its ends and where a wheel is held rope goes nowhere; at a drum that nothing holds it goes until its
+    pull is the pretension. Bodies stay where they are.
+    """
+    frames = list(span_frames(drive))
+    motors = [motor.pulley or drive.pulley[0].name for motor in drive.motor]
+    held = {None, *motors, *(pulley.name for pulley in drive.pulley if pulley.fixed)}
+    hung, gates = [[] for _ in frames], []
+    for one, (at, place) in zip(drive.carriage, drive.carriage_places, strict=True):
+        hung[at] = sorted([*hung[at], (place / frames[at][3], one.mass, one.guided)])
+    for number, route in enumerate(drive.route):
+        own = [i for i, frame in enumerate(frames) if frame[4] == number]
+        ends = [(own[-1], own[0])] if route.closed else [(None, own[0]), (own[-1], None)]
+        for before, behind in (*pairwise(own), *ends):
+            wheel = frames[before][1] if behind is None else frames[behind][0]
+            gates += [] if wheel[3] in held else [(before, behind)]
+    pulls = np.array([drive.ropes[frame[4]].pretension for frame in frames])
+    strained = np.array([frame[3] / drive.ropes[frame[4]].axial_rigidity for frame in frames]) * pulls
+
+    def spans_of(unknown):
+        fed = np.zeros((len(frames), 2))
+        for (before, behind), share in zip(gates, unknown[len(frames) :], strict=True):
+            rope = share * strained[before if behind is None else behind]
+            for span, end in ((before, 1), (behind, 0)):
+                if span is not None:
+                    fed[span, end] = rope
+        return [
+            settled(drive, *one)
+            for one in zip(frames, pulls * unknown[: len(frames)], hung, fed, strict=True)
+        ]
+
+    def miss(unknown):
+        found = spans_of(unknown)
+        both = zip(found, frames, strained, strict=True)
+        reach = [one.missing * frame[3] / own for one, frame, own in both]
+        for before, behind in gates:
+            pull = pulls[before if behind is None else behind]
+            first = pull if before is None else found[before].tensions[1]
+            last = pull if behind is None else found[behind].tensions[0]
+            reach.append((first - last) / pull)
+        return reach
+
+    found = root(miss, np.append(np.ones(len(frames)), np.zeros(len(gates))), tol=1e-14)
+    assert np.max(np.abs(found.fun)) < 1e-9, found.fun
+    return spans_of(found.x)
+
+
+def under_tensions(drive, tensions):
+    """Every span at rest under the tension at its start [N], its rope as long as it reaches."""
+    found = []
+    for frame, tension in zip(span_frames(drive), tensions, strict=True):
+        strained = frame[3] * tension / drive.ropes[frame[4]].axial_rigidity
+
+        def span(unknown, frame=frame, tension=tension, strained=strained):
+            return settled(drive, frame, tension * unknown[0], [], (0.0, strained * unknown[1]))
+
+        def miss(unknown, span=span, tension=tension, strained=strained, frame=frame):
+            one = span(unknown)
+            return [np.hypot(*one.parts[0].force) / tension - 1.0, one.missing * frame[3] / strained]
+
+        solution = root(miss, [1.0, 0.0], tol=1e-14)
+        assert np.max(np.abs(solution.fun)) < 1e-9, solution.fun
+        found.append(span(solution.x))
+    return found
+
+
+def frequencies(drive, *, tensions=None, ways=PLANES, held=(), degree=26):
     """The first natural frequencies [Hz] of each of some sets of ways, by default in and out of the plane.
 
-    ``pulls``: of each span along its chord [N]; ``keeps``: as of a loop or line, whose parts keep their
-    unstretched lengths and whose rims move the rope along the chord; ``held``: coordinates at rest.
+    ``tensions``: at the start of each span, where bodies of the machine are free; ``held``: coordinates at
+    rest.
     """
     kin = Kinematics(drive)
     values, slopes, weights, points = shape_functions(degree)
     n = kin.size + 3 * len(drive.carriage)
-    spans = list(zip(span_frames(drive), pulls, strict=True))
+    rest = at_rest(drive) if tensions is None else under_tensions(drive, tensions)
+    spans = list(zip(span_frames(drive), rest, strict=True))
     bubbles = np.arange(n, n + 3 * (degree - 1) * (len(spans) + len(drive.carriage)))
     total = n + bubbles.size
     unit, inner = np.eye(total), iter(bubbles.reshape(-1, degree - 1, 3))
     m, k = (np.pad(own, (0, total - kin.size)) for own in solid_parts(drive, kin))
-    for number, (frame, pull) in enumerate(spans):
+    for number, (frame, rest) in enumerate(spans):
         own = sorted(
-            (place / frame[3], one.mass, one.guided, kin.size + 3 * i)
+            (place, one.mass, one.guided, kin.size + 3 * i)
             for i, (one, (at, place)) in enumerate(zip(drive.carriage, drive.carriage_places, strict=True))
             if at == number
         )
-        axes, directions, parts = settled(drive, frame, pull, [one[:3] for one in own], keeps)
-        joints = []
-        for place, direction in zip(frame[:2], directions, strict=True):
+        joints, parts = [], rest.parts
+        for place, direction in zip(frame[:2], rest.directions, strict=True):
             moved = kin.slope(place[0], place[1]) + np.outer(direction, kin.rim(place))
-            joints.append(np.pad(axes @ moved, ((0, 1), (0, total - kin.size))))
+            joints.append(np.pad(rest.axes @ moved, ((0, 1), (0, total - kin.size))))
         for _, mass, guided, i in own:
             joints.insert(-1, unit[i : i + 3] * [[1.0], [not guided], [not guided]])
             m += mass * joints[-2].T @ joints[-2]

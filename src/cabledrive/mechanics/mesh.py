@@ -23,7 +23,7 @@ from cabledrive.mechanics.cable_law import Components
 from cabledrive.mechanics.chain import MOTOR_JOINT
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import turns_by_torque
-from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion
+from cabledrive.mechanics.network.motion import OUT_OF_PLANE, Motion
 from cabledrive.mechanics.network.pieces import Piece, carriage_at
 from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.parameters.arrays import Array, Integers
@@ -158,10 +158,12 @@ def divided(network: Network, segments: int, *, straight: bool = False) -> Mesh:
     moved, n = len(network.motion.names), len(network.motion.names) + len(wraps)
     ends = np.zeros((len(parts), 2, 3, n))
     for k, own in enumerate(parts):
-        for axis, way in enumerate((ALONG, OUT_OF_PLANE, ACROSS)):
-            ends[k, :, axis, :moved] = network.motion.dense(own[0].rows[way][0], own[-1].rows[way][1])
+        for end, piece in enumerate((own[0], own[-1])):
+            u, w = piece.moves(not end)
+            ends[k, end, :, :moved] = network.motion.dense(u, piece.rows[OUT_OF_PLANE][end], w)
     for number, wrap in enumerate(wraps, start=moved):  # a rope that slips moves the ends on both its sides
-        ends[wrap.before, 1, 0, number] = ends[wrap.behind, 0, 0, number] = 1.0
+        for k, end in ((wrap.before, 1), (wrap.behind, 0)):
+            ends[k, end, ::2, number] = network.pieces[k].direction(not end)
     dampers, padded = network.dampers, (0, len(wraps))
     joint = np.array([name == MOTOR_JOINT for name in dampers.names], dtype=bool)
     shares = [dampers._replace(values=np.where(joint == own, dampers.values, 0.0)) for own in (False, True)]

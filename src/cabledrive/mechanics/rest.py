@@ -19,7 +19,7 @@ from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.rest_forces import RestingStretch
-from cabledrive.mechanics.network.statics import at_rest
+from cabledrive.mechanics.network.statics import Statics, at_rest
 from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
@@ -103,44 +103,44 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
     NotComputed
         If no state of rest is found.
     """
-    return _kept_state(drive, at_torque)
+    return _kept_state(drive, at_torque)[1]
+
+
+def loop_statics(drive: Drive, at_torque: float = 0.0) -> Statics:
+    """A loop or line as a machine at rest, by the names of its spans; arguments as of `rest_state`."""
+    return _kept_state(drive, at_torque)[0]
 
 
 @lru_cache(maxsize=64)
-def _kept_state(drive: Drive, at_torque: float) -> RestState:
-    radius, machine = drive.drive_pulley.radius, as_machine(drive)
-    driven, load = NAMES
-    motion, torques = Motion(machine, hold=(driven,)), {}
-    if at_torque and not drive.load_pulley.fixed:
-        torques = {NAMES.index(load): at_torque * drive.load_pulley.radius / radius}
+def _kept_state(drive: Drive, at_torque: float) -> tuple[Statics, RestState]:
+    machine, (first, last) = as_machine(drive), drive.pulley
+    motion, torques = Motion(machine, hold=NAMES[:1]), dict[int, float]()
+    if at_torque and not last.fixed:
+        torques = {1: at_torque * last.radius / first.radius}
     stretches, _ = at_rest(machine, motion, torques)
-    if at_torque and drive.load_pulley.fixed:
+    if at_torque and last.fixed:
         # the drive pulley turns until its torque is that of rest and the given one
-        torque = -_holding_torque(drive, stretches) - at_torque
-        if drive.kind == "line":
-            torque += radius * drive.cable.pretension
-        stretches, _ = at_rest(machine, Motion(machine), {NAMES.index(driven): torque})
+        torque = -float(Statics(drive=machine, stretches=stretches).torques[0]) - at_torque
+        stretches, _ = at_rest(machine, Motion(machine), {0: torque})
     sections = tuple(
         own
         for span, pieces in zip(drive.spans, stretches, strict=True)
         for own in _sections(drive, span, pieces)
     )
-    return RestState(sections=sections, holding_torque=_holding_torque(drive, stretches))
-
-
-def _holding_torque(drive: Drive, stretches: Sequence[Sequence[RestingStretch]]) -> float:
-    """Torque on the drive pulley that balances it [N m]."""
-    behind = drive.cable.pretension
-    if len(stretches) > 1:
-        behind = stretches[1][-1].end_force[0]
-    return -(stretches[0][0].force[0] - behind) * drive.drive_pulley.radius
+    called = tuple(
+        tuple(replace(own, span=span) for own in pieces)
+        for span, pieces in zip(drive.spans, stretches, strict=True)
+    )
+    statics = Statics(drive=machine, stretches=called)
+    torque = float(statics.torques[0]) + (drive.kind == "line") * first.radius * drive.cable.pretension
+    return statics, RestState(sections=sections, holding_torque=torque)
 
 
 def _sections(drive: Drive, span: str, pieces: Sequence[RestingStretch]) -> Iterator[RestingSection]:
     """What hangs between held places of a span; across the span of a machine is upwards on the upper one."""
-    down, own, start = -1.0 if span == "upper" else 1.0, list[RestingStretch](), 0.0
+    down, own, start = -1.0 if span == "upper" else 1.0, list[RestingStretch](), pieces[0].start
     for piece, carriage in zip(pieces, (*drive.carriages_on(span), None), strict=True):
-        end = drive.span_length if carriage is None else carriage.position
+        end = piece.end if carriage is None else carriage.position
         (along, across), (weight, load) = piece.force, piece.load
         force, load_down = (along, down * across + 0.0), (weight, down * load + 0.0)
         own.append(replace(piece, span=span, start=start, end=end, force=force, load=load_down))

@@ -64,6 +64,10 @@ class DividedRopes(Ropes):
             gives[:, k] = share * (1.0 + longer) * np.linalg.inv(slope).sum(axis=0)[[0, 0, 1], [0, 1, 1]]
         return left, gives
 
+    def settled(self, tension: Array, shear: Array, share: float) -> "DividedRopes":
+        """As they are: nodes at the ends stay where straight ropes leave their wheels."""
+        return self
+
 
 def equilibrium(
     drive: Drive, mesh: Mesh, law: CableLaw, *, hold: str = "none"

@@ -93,6 +93,11 @@ class Component:
             return 0
         if self.twin is not self:
             return self.twin.rigid
+        if any(own.taut for own in self.ropes):
+            # its weight holds a sagging rope that runs round; that of the rope on the wheels, which is
+            # left out, moves it as much: a taut one has neither
+            parts = (part for own in self.ropes for part in own.taut or (own,))
+            return Component(self.columns.tolist(), [*self.waves, *parts, *self.fixed]).rigid
         cut = self.cut(1e-2 / (self.whole or 1.0))
         t, waves = cut.table, 3 * cut.wave.size
         strains = np.zeros(t.first.size - 1)

@@ -96,9 +96,8 @@ class Rope:
     ``start``, ``end``: rows of its ends in the order u, w, w'; ``hold``: R at places [N]; ``density``:
     [kg/m]; ``tags``: of the directions that it covers; ``direction``: (c, s) at places, of one that moves
     along as well; ``pull``: A [N]; ``bend``: B [N m^2]; ``longer``: its length over that between the places
-    where it is stretched; ``inside``: shares of it at which its piece starts and ends; ``straight``: what it
-    is above ``edge`` [rad/s], where sag moves no mode any more; ``moved``: by how much sag moves the points
-    where it leaves its pulleys, which is left out [m].
+    where it is stretched; ``inside``: shares of it at which its piece starts and ends; ``taut``: what it
+    is without sag; ``straight``: above ``edge`` [rad/s], where that moves no mode any more.
     """
 
     start: tuple[Row, ...]
@@ -113,9 +112,9 @@ class Rope:
     ropes: int = 1
     longer: float = 1.0
     inside: tuple[float, float] = (0.0, 1.0)
+    taut: tuple["Wave | Rope", ...] = ()
     straight: tuple["Wave | Rope", ...] = ()
     edge: float = inf
-    moved: float = 0.0
 
     @property
     def rows(self) -> tuple[Row, ...]:

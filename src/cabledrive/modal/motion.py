@@ -15,7 +15,7 @@ from cabledrive.modal.shapes import Place, Shape, SlopeWave, Values
 PLANES = {ACROSS: "w", OUT: "v"}
 ALONE = 0.99
 """Share of one section in the strain energy across above which a mode is called its own."""
-_AT_REST = 1e-6
+_AT_REST = 1e-2
 
 
 class Mode(Shape):

@@ -19,8 +19,6 @@ from cabledrive.modal.ranges import (
     lifted_limit,
     range_limit,
     route_range_warnings,
-    tangent_limit,
-    turned_at_pulleys,
 )
 from cabledrive.modal.route_network import network_of_drive, network_of_routes
 from cabledrive.modal.search import ENCLOSURE
@@ -186,7 +184,7 @@ def _limited(listed: Modes, spectrum: Spectrum, network: Network, *, hanging: bo
     if own.slack:
         limit = slack_line(own.slack[0])
     elif hanging:
-        limit = lifted_limit(network) or tangent_limit(own, listed.modes, turned_at_pulleys(network)) or limit
+        limit = lifted_limit(network) or limit
     else:
         limit = limit or _moved_by_sag(network, listed.modes, spectrum)
     return replace(

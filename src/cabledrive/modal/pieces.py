@@ -1,13 +1,13 @@
 r"""A piece of rope between two joints, about its rest, as the waves and ropes of a network of modes.
 
 A rope of bending stiffness EI leaves a pulley of radius r where its curvature has grown to 1/r, and is
-clamped there (`cabledrive.mechanics.network.pieces.lift_off`). Sag turns a rope by :math:`\theta` at a pulley
-and moves the point where it leaves that by :math:`r\theta`, which is left out.
+clamped there (`cabledrive.mechanics.network.pieces.lift_off`). A rim moves the rope along its own direction
+where it leaves it, which sag turns from the chord.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import ceil, pi, sqrt
+from math import atan2, ceil, cos, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.rows import Array
 
 DIRECTIONS = (ALONG, ACROSS, OUT)
+Rows = Sequence[Row]
 EVEN = 5e-6
 """Change of the tension along a piece, relative, below which it is even."""
 
@@ -30,14 +31,16 @@ CURVED = 5e-3
 class End(NamedTuple):
     """One end of a piece.
 
-    ``moves``: rows along, across and out of plane; ``turns``: slopes of a beam across and out of plane;
-    ``lift``: rope beyond the tangent point that bending lifts off [m]; ``radius``: of its pulley [m].
+    ``straight``, ``moves``, ``itself``: rows along, across and out of plane of a straight rope, of one that
+    sags, and of this along and across its own direction; ``turns``: slopes of a beam across and out of plane;
+    ``lift``: rope beyond the tangent point that bending lifts off [m].
     """
 
-    moves: Sequence[Row]
+    straight: Rows
+    moves: Rows
+    itself: Rows
     turns: Sequence[Row] = ((), ())
     lift: float = 0.0
-    radius: float = 0.0
 
 
 def parts_of_piece(
@@ -59,7 +62,7 @@ def parts_of_piece(
     before, after = near.lift / first, far.lift / last
     whole = before + length + after
     z = sqrt(rigidity * density)
-    along = Wave(near.moves[0], far.moves[0], z, length * density / z, (number, ALONG), ropes=ropes)
+    time_along = length * density / z
     hold, direction = _force_of(rest, before)
     even, time = True, 0.0
     if rest.straight and rest.load[0] == 0.0:
@@ -70,13 +73,14 @@ def parts_of_piece(
         even = bool(np.ptp(held) <= EVEN * held.min())
         time = sqrt(density) * rest.travel_time
 
-    def rows(end: End, *ways: int) -> tuple[Row, ...]:
-        return (*(end.moves[i] for i in ways), *([end.turns[ways[-1] - 1]] if bending else ()))
-
-    def string(*ways: int) -> Rope:
+    def string(moves: tuple[Rows, Rows], *ways: int) -> Rope:
+        start, end = (
+            (*(rows[i] for i in ways), *([at.turns[ways[-1] - 1]] if bending else ()))
+            for at, rows in zip((near, far), moves, strict=True)
+        )
         return Rope(
-            rows(near, *ways),
-            rows(far, *ways),
+            start,
+            end,
             length=whole,
             hold=hold,
             density=density,
@@ -86,36 +90,35 @@ def parts_of_piece(
             inside=(before / whole, (before + length) / whole),
         )
 
-    def across(i: int) -> Wave | Rope:
+    def across(moves: tuple[Rows, Rows], i: int) -> Wave | Rope:
         if bending or not even:
-            return string(i)
+            return string(moves, i)
         tag = number, DIRECTIONS[i]
-        return Wave(near.moves[i], far.moves[i], density * length / time, time, tag, ropes=ropes)
+        return Wave(moves[0][i], moves[1][i], density * length / time, time, tag, ropes=ropes)
 
+    straight, own = (near.straight, far.straight), (near.itself, far.itself)
+    along = Wave(straight[0][0], straight[1][0], z, time_along, (number, ALONG), ropes=ropes)
+    out, *taut = across(straight, 2), along, across(straight, 1)
     if not edge:
-        return [across(2), along, across(1)]
+        return [out, *taut]
+    turned = [atan2(*reversed(force)) for force in (rest.force, rest.end_force)]
+    curved = replace(
+        along,
+        start=own[0][0],
+        end=own[1][0],
+        ring=abs(turned[1] - turned[0]) / time_along,
+        cosine=(cos(turned[0]), cos(turned[1])),
+    )
     hanging = replace(
-        string(0, 1),
+        string((near.moves, far.moves), 0, 1),
         direction=direction,
         pull=rigidity,
         longer=whole / length,
-        straight=(_curved(along, rest), across(1)),
+        taut=tuple(taut),
+        straight=(curved, across(own, 1)),
         edge=edge,
-        moved=sum(
-            end.radius * abs(across / along)
-            for end, (along, across) in ((near, rest.force), (far, rest.end_force))
-        ),
     )
-    return [across(2), hanging]
-
-
-def _curved(along: Wave, rest: RestingStretch) -> Wave:
-    """The wave along a stretch that sags, far above its ring frequency."""
-    force = np.transpose((rest.force, rest.end_force))
-    turned = np.diff(np.arctan2(force[1], force[0]))[0]
-    near, far = (force[0] / np.hypot(*force)).tolist()
-    start, end = (tuple((c, v * one) for c, v in row) for row, one in ((along.start, near), (along.end, far)))
-    return replace(along, start=start, end=end, ring=abs(float(turned)) / along.time, cosine=(near, far))
+    return [out, hanging]
 
 
 def _force_of(rest: RestingStretch, before: float) -> tuple[Callable[[Array], Array], Callable[[Array], Any]]:

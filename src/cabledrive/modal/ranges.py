@@ -1,6 +1,6 @@
 """Where the models of ropes hold, and what a user must know of a list of modes."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from math import pi, sqrt
 
 import numpy as np
@@ -11,16 +11,12 @@ from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.motion import Mode
-from cabledrive.modal.networks import ModalNetwork
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.cable import Rope
 
 INCOMPLETE = "the count gives more modes than could be found and proven"
 ALLOWED = 1e-3
 """Relative error of a frequency by sag or by a changing tension up to which the list is certified."""
-AT_PULLEYS = 1.5
-"""Of the squared slope at a pulley and the moved tangent point: against cables divided about their catenaries
-on round wheels, 100 random machines, the largest error found is 0.92 of it."""
 FAST = 0.8
 """Share of the critical speed above which a warning is given."""
 
@@ -137,41 +133,6 @@ def sag_words(network: Network, *, hanging: bool = False, least: float = 1e-4) -
             yield (
                 f"sag, which is left out, moves the first mode of span {span.name} by up to {error:.2g} of it"
             )
-
-
-def tangent_limit(network: ModalNetwork, listed: Sequence[Mode], turned: Mapping[str, float]) -> str | None:
-    """Why a list of ropes that sag is not certified: they leave their pulleys where straight ones would.
-
-    A span that grows by a share of its length lowers a mode by that times its share of the strain energy.
-    ``turned``: squares of slopes at pulleys by span, by which rims err that move a rope along the chord.
-    """
-    error = dict(turned)
-    for rope in network.ropes:
-        piece = network.pieces[rope.tags[0][0]]
-        long = piece.section[1] - piece.section[0]
-        error[piece.span] = error.get(piece.span, 0.0) + rope.moved / long
-    for mode in listed if max(error.values(), default=0.0) > ALLOWED else ():
-        off = AT_PULLEYS * sum(
-            share * error.get(span, 0.0) for (span, _), share in mode.strain_by_span.items()
-        )
-        if off > ALLOWED:
-            return (
-                "sag turns ropes where they leave their pulleys, which is left out, and moves the mode at "
-                f"{mode.frequency:.5g} Hz by up to {off:.2g} of it, more than {ALLOWED:g}: raise the "
-                "pretension"
-            )
-    return None
-
-
-def turned_at_pulleys(network: Network) -> dict[str, float]:
-    r"""Square of the steepest slope against the chord by which sag turns a rope at a pulley, by span.
-
-    A rim moves a rope along its own direction there, :math:`\theta` off the chord.
-    """
-    found: dict[str, float] = {}
-    for piece, _, slope in _slopes_at_pulleys(network):
-        found[piece.rest.span] = max(found.get(piece.rest.span, 0.0), slope**2)
-    return found
 
 
 def _slopes_at_pulleys(network: Network) -> Iterator[tuple[Piece, bool, float]]:

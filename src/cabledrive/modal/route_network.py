@@ -8,15 +8,13 @@ import numpy as np
 from cabledrive.mechanics.holding import DRIVE_PULLEY, MOTOR, PULLEYS, held_joints
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
 from cabledrive.mechanics.network.pieces import Piece, carriage_at, lift_off
-from cabledrive.mechanics.network.statics import Statics
-from cabledrive.mechanics.rest import rest_state
+from cabledrive.mechanics.rest import loop_statics, rest_state
 from cabledrive.modal.component import Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.networks import ModalNetwork, PieceOfSpan, slack_line
 from cabledrive.modal.pieces import End, parts_of_piece, straight_above
 from cabledrive.modal.rows import MASS, SPRING
 from cabledrive.parameters import Drive, NotComputed
-from cabledrive.parameters.route.two_pulleys import as_machine
 
 
 def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False) -> ModalNetwork:
@@ -44,22 +42,26 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
                 names.append(name)
             return ((slopes[name], 1.0),)
         turns = place.sense == 0 and way == ACROSS
-        return tuple(motion.rotation(motion.body_of(place)).items()) if turns else ()
+        return items(motion.rotation(motion.body_of(place))) if turns else ()
+
+    def items(row: dict[int, float]) -> Row:
+        """A row as the elements take it."""
+        return tuple((c, v) for c, v in row.items() if v)
 
     def end(piece: Piece, start: bool) -> End:
-        moves = [tuple(piece.rows[way][not start].items()) for way in DIRECTIONS]
-        place, bends = piece.place(start), bool(piece.rope.bending_stiffness)
+        bends, out = bool(piece.rope.bending_stiffness), piece.rows[OUT][not start]
         return End(
-            moves,
+            [items(piece.rows[way][not start]) for way in DIRECTIONS],
+            [items(row) for row in (*piece.moves(start), out)],
+            [items(row) for row in (*piece.moves(start, along_itself=True), out)],
             (slope(piece, ACROSS, start), slope(piece, OUT, start)) if bends else ((), ()),
             lift_off(drive, piece, start=start) if bends else 0.0,
-            0.0 if place is None else place.radius,
         )
 
     for number, piece in enumerate(net.pieces):
         if even or piece.route.speed:
             for link, way in enumerate(DIRECTIONS, start=3 * number):
-                ends = [tuple(row.items()) for row in piece.rows[way]]
+                ends = [items(row) for row in piece.rows[way]]
                 wave = net.impedance[link], net.time[link], (number, way), net.lag[link], int(net.ropes[link])
                 parts.append(Wave(ends[0], ends[1], *wave))
             continue
@@ -114,7 +116,8 @@ def network_of_drive(
     """
     if taut:
         drive, at_torque = replace(drive, layout=replace(drive.layout, gravity=0.0)), 0.0
-    rest, machine = rest_state(drive, at_torque=at_torque), as_machine(drive)
+    rest, statics = rest_state(drive, at_torque=at_torque), loop_statics(drive, at_torque)
+    machine = statics.drive
     slack = tuple(own for own in rest.sections if own.lowest_tension <= 0.0)
     if slack and not drive.layout.gravity:
         raise NotComputed(slack_line(slack[0]))
@@ -123,14 +126,11 @@ def network_of_drive(
         for own in machine.carriage
     )
     machine = replace(machine, carriage=tuple(carriages))
-    stretches = tuple(tuple(own for own in rest.stretches if own.span == span) for span in drive.spans)
     held = held_joints(drive, hold)
-    network = network_of(
-        machine, motor=motor, hold=sorted(held), statics=Statics(drive=machine, stretches=stretches)
-    )
+    network = network_of(machine, motor=motor, hold=sorted(held), statics=replace(statics, drive=machine))
     found = network_of_routes(network)
-    hangs = {own for section in slack for own in section.stretches}
-    lies = [taut or piece.rest in hangs for piece in network.pieces]
+    hangs = [own in slack for own in rest.sections for _ in own.stretches]
+    lies = [taut or own for own in hangs]
     arms = (-own.radius for own in (*drive.pulley, drive.drive_pulley))
     return replace(
         found,
@@ -156,11 +156,11 @@ def _called(drive: Drive, network: Network, held: frozenset[str]) -> tuple[Piece
         numbers = [carriage_at(network.drive, piece) for piece in own[1:]]
         names = [f"carriage {i}" for i in numbers]
         guided = [drive.carriage[i].guided or name in held for i, name in zip(numbers, names, strict=True)]
-        bounds = [piece.rest.end for piece, still in zip(own, (*guided, True), strict=True) if still]
-        joints, start = [PULLEYS[span == "lower"], *names, PULLEYS[span == "upper"]], 0.0
-        for piece, near, far in zip(own, joints[:-1], joints[1:], strict=True):
-            rest = piece.rest
-            found.append(PieceOfSpan(span, rest.start, rest.end, (start, bounds[0]), (near, far)))
-            if rest.end == bounds[0]:
-                start = bounds.pop(0)
+        ends = [0.0, *(drive.carriage[i].position for i in numbers), drive.span_length]
+        bounds = [end for end, still in zip(ends[1:], (*guided, True), strict=True) if still]
+        joints, held_at = [PULLEYS[span == "lower"], *names, PULLEYS[span == "upper"]], 0.0
+        for start, end, near, far in zip(ends[:-1], ends[1:], joints[:-1], joints[1:], strict=True):
+            found.append(PieceOfSpan(span, start, end, (held_at, bounds[0]), (near, far)))
+            if end == bounds[0]:
+                held_at = bounds.pop(0)
     return tuple(found)

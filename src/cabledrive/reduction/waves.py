@@ -50,7 +50,7 @@ class Waves(NamedTuple):
         for mode, moved in zip(self.across, self.moved, strict=True):
             span = self.network.drive.spans.index(mode.span or "")
             moving = np.flatnonzero((spans == span) & (moved > _STILL * moved.max()))
-            ends = pieces[moving[0]].rest.start, pieces[moving[-1]].rest.end
+            ends = pieces[moving[0]].unstretched[0], pieces[moving[-1]].unstretched[1]
             place = span, ends, mode.plane or "w"
             counted[place] += 1
             found.append((*place, counted[place]))

@@ -1,6 +1,6 @@
 """Everything that is decided before the first step of a run, and how that of a loop or a line is read."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -12,6 +12,8 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.mesh import SHAFTS, gradients, mesh_of, turns_of
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gravity
+from cabledrive.mechanics.network.rest_forces import sag_parameter
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.statics import angles_of, equilibrium
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive import Drive
@@ -39,6 +41,9 @@ from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start
+
+AT_PULLEYS, MOST_SAG = 1e-3, 0.1
+"""Squared slope where a span leaves its pulleys, and Irvine's parameter, above which a loop's run says so."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,7 +102,11 @@ class LoopCase(RopeRun):
             slack_events=self.slack_events(outcome.state),
             extremes=self._extremes(outcome.state),
             error_estimate=estimate and ErrorEstimate(segments=estimate[0], **estimate[1]),
-            assumptions=(*neglected([self.machine.cable], self.machine.motors), *_FAST[:slips]),
+            assumptions=(
+                *neglected([self.machine.cable], self.machine.motors),
+                *_FAST[:slips],
+                *self._left_at_pulleys(),
+            ),
             provenance=self.provenance(
                 {
                     "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
@@ -108,6 +117,19 @@ class LoopCase(RopeRun):
                 torque_offset=float(self.holding[0]),
             ),
         )
+
+    def _left_at_pulleys(self) -> Iterator[str]:
+        """Spans that sag turns where they leave their pulleys by more than a run of a loop may leave out."""
+        if not self.machine.layout.gravity:
+            return
+        for section in rest_state(self.machine).sections:
+            ends = section.stretches[0].force, section.stretches[-1].end_force
+            slope = max(abs(across / along) for along, across in ends if along)
+            if slope**2 > AT_PULLEYS or sag_parameter(section.stretches) > MOST_SAG:
+                yield (
+                    f"rims move the {section.span} span along the line of the pulleys; sag turns it by up to "
+                    f"{slope:.2g} rad there, which is left out: runs of a machine with routes have it"
+                )
 
     @cached_property
     def rest_energy(self) -> float:

@@ -276,8 +276,8 @@ def _place(one: Snapshot, number: int) -> tuple[int, tuple[float, float], str, i
     """Of a mode across: span, unstretched ends of what can move of it [m], plane, number."""
     (name, plane, _, count), pieces = one.keys[number], one.network.pieces
     span = one.network.drive.spans.index(name)
-    own = [pieces[i].rest for i in one.pieces[number] if pieces[i].span == span]
-    return span, (own[0].start, own[-1].end), plane, count
+    own = [pieces[i].unstretched for i in one.pieces[number] if pieces[i].span == span]
+    return span, (own[0][0], own[-1][1]), plane, count
 
 
 def _models(

@@ -181,9 +181,11 @@ class Motion:
         """Rows u and w of a span's end, Eq. (N.2)."""
         x, y = self.point(place.centre, self.body_of(place))
         u, w = along[0] * x + along[1] * y, across[0] * x + across[1] * y
-        if place.pulley is not None:
-            u = u + place.sense * place.radius * self.angle(place.pulley)
-        return _clean(u), _clean(w)
+        return _clean(u + self.rim(place)), _clean(w)
+
+    def rim(self, place: Place) -> Row:
+        """Motion of the rope along itself by the rim of a pulley; none at an anchor."""
+        return Row() if place.pulley is None else place.rim * self.angle(place.pulley)
 
 
 def _clean(row: Row) -> Row:

@@ -10,7 +10,7 @@ the wrap. An anchor clamps it, and a guided carriage; a hanging carriage turns w
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import sqrt
+from math import hypot, sqrt
 
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, Row
 from cabledrive.mechanics.network.rest_forces import RestingStretch
@@ -28,7 +28,8 @@ class Piece:
     start: float  # pretensioned, from the start of the span [m]
     end: float  # the same [m]
     rest: RestingStretch  # one rope
-    rows: dict[str, tuple[Row, Row]]  # motion of its start and its end by direction
+    rows: dict[str, tuple[Row, Row]]  # motion of its start and its end by direction, of a straight rope
+    rims: tuple[Row, Row]  # what rims add to those along
     where: FreeSpan
     route: Route
     rope: Rope
@@ -39,6 +40,13 @@ class Piece:
         return self.end - self.start
 
     @property
+    def unstretched(self) -> tuple[float, float]:
+        """Places of its ends on the rope of the straight machine, from the start of the span [m]."""
+        tension = self.rope.pretension or 0.5 * sum(self.rest.tensions)
+        stretch = 1.0 + tension / self.rope.axial_rigidity
+        return self.start / stretch, self.end / stretch
+
+    @property
     def start_tension(self) -> float:
         """Tension at its start [N]."""
         return self.rest.tensions[0]
@@ -47,6 +55,23 @@ class Piece:
     def end_tension(self) -> float:
         """Tension at its end [N]."""
         return self.rest.tensions[1]
+
+    def direction(self, start: bool) -> tuple[float, float]:
+        """Cosine and sine of the rope at one end against its chord."""
+        along, across = self.rest.force if start else self.rest.end_force
+        size = hypot(along, across)
+        return (1.0, 0.0) if self.rest.straight or not size else (along / size, across / size)
+
+    def moves(self, start: bool, *, along_itself: bool = False) -> tuple[Row, Row]:
+        """Motion of one end along and across the chord, where a rim moves the rope along its own direction.
+
+        ``along_itself``: along and across that direction.
+        """
+        (u, w), rim = (self.rows[way][not start] for way in (ALONG, ACROSS)), self.rims[not start]
+        (cosine, sine), u = self.direction(start), u - rim
+        if along_itself:
+            return cosine * u + sine * w + rim, cosine * w - sine * u
+        return u + cosine * rim, w + sine * rim
 
     def place(self, start: bool) -> Place | None:
         """Anchor or pulley at one end; None: a carriage."""
@@ -85,6 +110,10 @@ def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
                     start=start,
                     end=end,
                     rest=own_rest,
+                    rims=(
+                        motion.rim(span.start) if start == 0.0 else Row(),
+                        motion.rim(span.end) if end == span.length else Row(),
+                    ),
                     rows={way: (near[way], far[way]) for way in (ALONG, ACROSS, OUT_OF_PLANE)},
                     where=span,
                     route=drive.route[span.route],

@@ -8,10 +8,12 @@ With the force :math:`\mathbf F(s)` along and across a span at the unstretched p
           \qquad \text{Eq. (N.10)}
 
 Forces are linear in the tension at the start of each section, along which it is passed on, and the force
-across at the start of each run between places that are held across. That the ends of a run lie on the chord
-and the rope of a section has the length that its pretension gave it are conditions of the least
+across at the start of each run between places that are held across. That the ends of a run lie where they
+should and the rope of a section has the length that its pretension gave it are conditions of the least
 complementary energy; a balance of bodies is a side condition, its multipliers their moves along the ropes. A
 step that is halved until the slope of the energy along it has fallen therefore reaches the one solution.
+Where forces turn a rope by an angle it leaves its wheel farther on, and the wheel passes on their size: both
+follow the forces from step to step. So does the rope that one span has too much, which the next one takes.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,6 +31,8 @@ from cabledrive.parameters.fields import described, meaning
 
 MOST_STEPS = 200
 SINGULAR = 1e-10
+NEAR = 0.1
+"""Change of the forces by a step below which ropes leave their wheels where they turn them."""
 _SETTLED, _ROUND_OFF, _TINY = 1e-13, 4e-16, 1e-300
 _PANELS = 4
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -161,13 +165,16 @@ def sag_parameter(stretches: Sequence[RestingStretch]) -> float:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Ropes:
-    """Pieces of rope in order of their sections: p pieces, s sections, r runs."""
+    """Pieces of rope in order of their sections: p pieces, s sections, r runs.
+
+    Sag moves the points where ropes leave their wheels; ``distance`` and ``cut`` are of straight ropes.
+    """
 
     span: NDArray[np.intp]  # (p,)
     section: NDArray[np.intp]  # (p,)
     run: NDArray[np.intp]  # (p,)
     distance: Array  # (p,): between the joints [m]
-    length: Array  # (p,): unstretched; of open sections a guess [m]
+    cut: Array  # (p,): unstretched; a guess where a rope is as long as it reaches [m]
     rigidity: Array  # (p,): EA [N]
     load: Array  # (p, 2): weight along and across per unstretched metre [N/m]
     jump: Array  # (p, 2): weight of the joint at the end, across where the rope bears it [N]
@@ -175,7 +182,12 @@ class Ropes:
     flow: Array  # (p,): momentum of a rope that runs, unstretched [N]
     momentum: Array  # (p,): the same under its tension [N]
     pretension: Array  # (p,): of the straight weightless machine; NaN: open, the balance makes it [N]
-    standing: Array  # (s,): tension at the start of a section whose drum keeps a torque, NaN: none [N]
+    standing: Array  # (s,): tension at a drum that keeps a torque, NaN: none [N]
+    far: NDArray[np.bool_]  # (s,): whether that drum is at the end of its section
+    rim: Array  # (p, 2): sense times radius of the wheel at each end, 0: none [m]
+    wound: Array  # (p, 2): rope that left at the start, that came at the end, unstretched [m]
+    bow: Array  # (p, 2): by what the ends are farther apart, along and across [m]
+    over: Array  # (p, 2): tension where a straight rope leaves its wheels beyond the force along [N]
 
     @cached_property
     def hangs(self) -> NDArray[np.bool_]:
@@ -184,9 +196,40 @@ class Ropes:
         return np.asarray(np.bincount(self.run, borne) > 0.0)
 
     @cached_property
+    def length(self) -> Array:
+        """Unstretched length of each piece, (p,) [m]."""
+        return np.asarray(self.cut + np.diff(self.wound)[:, 0])
+
+    @cached_property
+    def weight(self) -> Array:
+        """Weight along and across of each piece, (p, 2) [N]."""
+        return self.load * self.length[:, None]
+
+    @cached_property
     def drop(self) -> Array:
-        """By how much the force falls along each piece and over the joint at its end, (p, 2) [N]."""
-        return self.load * self.length[:, None] + self.jump
+        """By how much the force falls along each piece and at its end, (p, 2) [N]."""
+        found = self.weight + self.jump
+        passed = np.flatnonzero((np.diff(self.span) != 0) & (np.diff(self.section) == 0))
+        found[passed, 0] += self.over[passed + 1, 0] - self.over[passed, 1]
+        return found
+
+    @cached_property
+    def strained(self) -> Array:
+        """By how much the pretension of the straight machine lengthens each piece, (p,) [m]."""
+        return np.asarray(self.cut * np.nan_to_num(self.pretension) / self.rigidity)
+
+    @cached_property
+    def longer(self) -> Array:
+        """By how much each piece reaches beyond its length, along and across, (p, 2) [m]."""
+        return self.bow + np.column_stack((self.strained - np.diff(self.wound)[:, 0], 0.0 * self.cut))
+
+    @cached_property
+    def kept(self) -> Array:
+        """Tension at the start of each section with a drum that keeps its torque, NaN: none, (s,) [N]."""
+        marks = np.arange(self.standing.size)
+        first, last = (np.searchsorted(self.section, marks, side) for side in ("left", "right"))
+        fallen = np.bincount(self.section, self.drop[:, 0]) - self.over[last - 1, 1]
+        return np.asarray(self.standing + np.where(self.far, fallen, -self.over[first, 0]))
 
     def sums(self, values: Array, group: NDArray[np.intp]) -> Array:
         """Sums of values of all parallel ropes over sections or runs."""
@@ -223,15 +266,51 @@ class Ropes:
         left, gives = (np.stack([(weight * own).sum(axis=1) for own in both]) for both in (excess, give))
         return left.T, gives
 
-    def stretched(self, tension: Array, shear: Array) -> "Ropes":
-        """Lengths of open sections that reach as far as their spans do, momenta under the tension."""
+    def settled(self, tension: Array, shear: Array, share: float) -> "Ropes":
+        """Ropes that leave their wheels as these forces turn them, and pass on what a span has too much.
+
+        ``share``: of the way there that is gone.
+        """
         force = self.forces(tension, shear)
-        middle = force - 0.5 * self.load * self.length[:, None]
+        middle, after = force - 0.5 * self.weight, force - self.weight
         pull = np.hypot(middle[:, 0], middle[:, 1]) + self.momentum
-        reached = self.length + self.reach(force)[0][:, 0]
-        scale = np.bincount(self.span, self.distance) / np.bincount(self.span, reached)
-        length = np.where(np.isnan(self.pretension), self.length * scale[self.span], self.length)
-        return replace(self, length=length, momentum=self.flow / (1.0 + pull / self.rigidity))
+        excess = self.reach(force)[0]
+        along, across = np.stack((force, after), axis=-1).swapaxes(0, 1)
+        turned = (self.rim != 0.0) & self.hangs[self.run][:, None]
+        size = np.where(turned, np.hypot(along, across), 1.0)
+        over = np.where(turned, across**2 / (size + np.abs(along)), 0.0)
+        over = np.where(turned & (along < 0.0), size - along, over)
+        moved = np.stack((across * turned, over), axis=-1) * (self.rim / size)[..., None]
+        bow = moved[:, 1] - moved[:, 0]
+        stretch = 1.0 + (size + self.momentum[:, None]) / self.rigidity[:, None]
+        over += np.einsum("pc,pec->pe", self.load, moved) / stretch
+        wound = self.rim * np.where(turned, np.arctan2(across, along), 0.0) / stretch
+        starts = np.append(True, np.diff(self.span) != 0)
+        first, last = np.flatnonzero(starts), np.flatnonzero(np.append(starts[1:], True))
+        more = self.length - self.cut
+        short = np.add.reduceat(self.strained + bow[:, 0] - more - excess[:, 0], first)
+        missing = short / (1.0 + pull / self.rigidity)[first]
+        missing += np.add.reduceat(more - np.diff(wound)[:, 0], first)
+        group = self.section[first]
+        for a, b in pairwise([*np.flatnonzero(np.diff(group, prepend=-1)).tolist(), group.size]):
+            went = np.append(0.0, missing[a:b].cumsum())  # rope, by the ends of spans
+            if np.isnan(self.standing[group[a]]):
+                went[-1] = 0.0
+            elif not self.far[group[a]]:
+                went -= went[-1]
+            wound[first[a:b], 0] += went[:-1]
+            wound[last[a:b], 1] += went[1:]
+        opened = np.isnan(self.pretension)
+        wound[opened] = 0.0
+        bow, over, wound = (
+            before + share * (now - before)
+            for before, now in ((self.bow, bow), (self.over, over), (self.wound, wound))
+        )
+        reached = np.add.reduceat(self.length + excess[:, 0], first)
+        scale = np.add.reduceat(self.distance + bow[:, 0], first) / reached
+        cut = np.where(opened, self.cut * np.repeat(scale, last - first + 1), self.cut)
+        momentum = self.flow / (1.0 + pull / self.rigidity)
+        return replace(self, cut=cut, wound=wound, bow=bow, over=over, momentum=momentum)
 
 
 def solved(
@@ -243,10 +322,9 @@ def solved(
     ``rest``, (n,); where none meets them the nearest is returned. The ropes have the lengths found.
     """
     count, of_run = along.shape[1], ropes.section[np.unique(ropes.run, return_index=True)[1]]
-    kept, hangs = ~np.isnan(ropes.standing), ropes.hangs
+    held, hangs = ~np.isnan(ropes.standing), ropes.hangs
     opened = np.bincount(ropes.section, np.isnan(ropes.pretension)) > 0.0
     given = np.nan_to_num(ropes.pretension)
-    longer = ropes.length * given / ropes.rigidity
     soft = ropes.sums(ropes.length / ropes.rigidity, ropes.section)
     scale = np.abs(along).max(axis=1, initial=0.0)
     scale = np.where(scale > 0.0, scale, 1.0)[:, None]
@@ -258,26 +336,28 @@ def solved(
         tension += np.linalg.pinv(along / scale, rcond=SINGULAR) @ (left / scale[:, 0])
         least = np.bincount(ropes.section, np.abs(ropes.drop).sum(axis=1))
         tension = np.where(opened, np.maximum(tension, 1e-3 * least), tension)
-    lags, before = bool(opened.any() or ropes.flow.any()), np.inf
+    lags, before = bool(opened.any() or held.any() or ropes.flow.any() or ropes.drop.any()), np.inf
+    share = 0.0  # of what moves the points where ropes leave their wheels that a step takes along
 
     def slopes(tension: Array, shear: Array, base: Array) -> tuple[Array, Array, Array]:
         """Slope of the energy by tensions and shears, and what the pieces give."""
         excess, give = ropes.reach(ropes.forces(tension, shear))
-        by_tension = ropes.sums(excess[:, 0] - longer, ropes.section)
-        by_tension = np.where(kept, soft * (tension - np.nan_to_num(ropes.standing)), by_tension)
+        excess -= ropes.longer
+        by_tension = ropes.sums(excess[:, 0], ropes.section)
+        by_tension = np.where(held, soft * (tension - np.nan_to_num(ropes.kept)), by_tension)
         by_tension = np.where(opened, soft * (tension - base), by_tension)
         by_shear = ropes.sums(excess[:, 1], ropes.run)  # of a slack rope round-off would move it far
         by_shear[~hangs | (np.abs(by_shear) <= _ROUND_OFF * ropes.sums(ropes.length, ropes.run))] = 0.0
         return by_tension, by_shear, give
 
-    for _ in range(MOST_STEPS):
+    for step_number in range(MOST_STEPS):
         if lags:
-            ropes = ropes.stretched(tension, shear)
+            ropes = ropes.settled(tension, shear, share)
         by_tension, by_shear, give = slopes(tension, shear, tension)
         across_give = ropes.sums(give[2], ropes.run)
         follows = np.where(hangs, ropes.sums(give[1], ropes.run) / across_give, 0.0)
         shift = by_shear / across_give  # of the shear, that ends lie on the chord
-        sagging = ~(opened | kept)
+        sagging = ~(opened | held)
         bend = np.where(sagging, ropes.sums(give[0], ropes.section), soft)
         curvature = bend - sagging * np.bincount(of_run, follows**2 * across_give, count)
         slope = by_tension - sagging * np.bincount(of_run, follows * by_shear, count)
@@ -288,20 +368,24 @@ def solved(
         pull = even * (np.linalg.pinv(balance / scale * even, rcond=SINGULAR) @ (missing / scale[:, 0]))
         step = pull - slope / curvature
         turn = -shift - follows * step[of_run]
-        first, share = (by_tension - curvature * pull) @ step + by_shear @ turn, 1.0
+        first, part = (by_tension - curvature * pull) @ step + by_shear @ turn, 1.0
         size = np.abs(tension).max(initial=0.0) + np.abs(shear).max(initial=0.0) + _TINY
         change = max(np.abs(step).max(initial=0.0), np.abs(turn).max(initial=0.0)) / size
-        while change > 1e-11 and share > 2.0**-30:
-            there = slopes(tension + share * step, shear + share * turn, tension)
-            if abs((there[0] - curvature * pull) @ step + there[1] @ turn) <= (1.0 - 0.1 * share) * abs(
-                first
-            ):
+        while change > 1e-11 and part > 2.0**-30:
+            there = slopes(tension + part * step, shear + part * turn, tension)
+            if abs((there[0] - curvature * pull) @ step + there[1] @ turn) <= (1.0 - 0.1 * part) * abs(first):
                 break
-            share /= 2.0
-        share = share if share > 2.0**-30 else 1.0  # round-off: the last digits do not fall any more
-        tension, shear = tension + share * step, shear + share * turn
-        if change <= _SETTLED or (change < 1e-10 and change >= 0.5 * before):
+            part /= 2.0
+        part = part if part > 2.0**-30 else 1.0  # round-off: the last digits do not fall any more
+        tension, shear = tension + part * step, shear + part * turn
+        if bool(share) == lags and (change <= _SETTLED or (change < 1e-10 and change >= 0.5 * before)):
             return ropes, tension, shear
+        if lags and not share and change < NEAR:
+            share, left = 1.0, rest(ropes) - along @ tension - across @ shear
+            if np.any(np.abs(left) > NEAR * size * scale[:, 0]):  # refused by it
+                return ropes, tension, shear
+        elif step_number > MOST_STEPS // 4:  # it goes round the solution, or away from it
+            share = 0.3
         before = change
     if np.any(tension[ropes.section] + ropes.fallen[:, 0] <= 0.0):  # refused by it
         return ropes, tension, shear

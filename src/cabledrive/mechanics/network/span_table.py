@@ -50,7 +50,7 @@ def span_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
                 "name": span.name,
                 "route": route.name,
                 "length": span.length,
-                "unstretched_length": statics.stretches[number][-1].end,
+                "unstretched_length": sum(piece.length for piece in statics.stretches[number]),
                 "tension": tension,
                 "tension_start": float(statics.start[number]),
                 "tension_end": float(statics.end[number]),

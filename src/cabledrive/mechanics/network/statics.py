@@ -58,9 +58,32 @@ class Statics:
         return np.einsum("sea,sax,s->sex", ends, frames.reshape(-1, 2, 2), ropes)
 
     @property
+    def torques(self) -> Array:
+        """Torque of the ropes on each pulley about its centre, shape (pulleys,) [N m]."""
+        total = np.zeros(len(self.drive.pulley))
+        for span, own in zip(self.drive.free_spans, self.stretches, strict=True):
+            ropes = self.drive.route[span.route].ropes
+            for place, sign, piece in ((span.start, 1.0, own[0]), (span.end, -1.0, own[-1])):
+                if place.pulley is not None:
+                    total[place.pulley] += (
+                        sign * ropes * place.rim * _passed(piece, place.rim, start=sign > 0.0)
+                    )
+        return total
+
+    @property
     def mean(self) -> Array:
         """Mean tension of one rope of each span, shape (spans,) [N]."""
         return 0.5 * (self.start + self.end)
+
+
+def _passed(piece: RestingStretch, rim: float, *, start: bool) -> float:
+    """Tension [N] where a straight rope leaves its wheel, of sense times radius [m]: rope beyond weighs."""
+    (along, across), tension = (piece.force if start else piece.end_force), piece.tensions[not start]
+    size = np.hypot(along, across)
+    if piece.straight or not size:
+        return tension
+    weighs = piece.load[0] * across / size + piece.load[1] * (1.0 - along / size)
+    return float(tension + rim * weighs / (1.0 + tension / piece.axial_rigidity))
 
 
 def statics_of(
@@ -130,6 +153,8 @@ def at_rest(
     )
     carriers = motion.dense(*(row for pair in ends_in_order for row in pair))
     carriers = carriers.reshape(len(spans), 2, 2, len(names))
+    rims = motion.dense(*(motion.rim(at) for own in spans for at in (own.start, own.end)))
+    rims = rims.reshape(len(spans), 2, len(names))
     first = np.array([np.flatnonzero(ropes.span == i)[0] for i in range(len(spans))], dtype=np.intp)
     last = first + np.bincount(ropes.span) - 1
     parallel = ropes.ropes[first]
@@ -137,10 +162,11 @@ def at_rest(
     for number, torque in torques.items():
         applied += motion.dense(torque * motion.angle(number))[0]
 
-    def ends_of(start: Array, drop: Array) -> Array:
+    def ends_of(start: Array, now: Ropes) -> Array:
         """Force on the coordinates, (n,), by that at the start of each piece, (p, 2)."""
-        both = np.stack((start[first], drop[last] - start[last]), axis=1) * parallel[:, None, None]
-        return np.einsum("sea,sean->n", both, carriers)
+        both = np.stack((start[first], now.weight[last] - start[last]), axis=1) * parallel[:, None, None]
+        over = np.stack((now.over[first, 0], -now.over[last, 1]), axis=1) * parallel[:, None]
+        return np.asarray(np.einsum("sea,sean->n", both, carriers) + np.einsum("se,sen->n", over, rims))
 
     bodies = {body.name for body in drive.body if body.stiffness == 0.0}
     shared = {drive.pulley[i].name for i in several}
@@ -158,7 +184,7 @@ def at_rest(
 
     def rest(now: Ropes) -> Array:
         """What the ropes must add to each balance."""
-        return -(applied + ends_of(now.fallen, now.drop))[rows]
+        return -(applied + ends_of(now.fallen, now))[rows]
 
     _refuse_open(drive, ropes, along[rows], turning - several)
     ropes, tension, shear = solved(ropes, along[rows], across[rows], rest)
@@ -171,12 +197,12 @@ def at_rest(
         _stretches(span.name, ropes, force, np.arange(a, b + 1))
         for span, a, b in zip(spans, first.tolist(), last.tolist(), strict=True)
     )
-    return found, applied + ends_of(force, ropes.drop)
+    return found, applied + ends_of(force, ropes)
 
 
 def _stretches(name: str, ropes: Ropes, force: Array, own: NDArray[np.intp]) -> tuple[RestingStretch, ...]:
     """The pieces of a span."""
-    ends = np.append(0.0, ropes.length[own].cumsum()).tolist()
+    ends = (ropes.wound[own[0], 0] + np.append(0.0, ropes.length[own].cumsum())).tolist()
     return tuple(
         RestingStretch(
             span=name,
@@ -207,34 +233,40 @@ def _ropes(drive: RoutedDrive, sections: list[list[int]], torques: Mapping[int, 
                 jump = (0.0 if i is None else drive.carriage[i].mass) * pull * (1.0, float(not held))
                 tension = np.nan if rope.pretension is None else rope.pretension
                 flow = rope.density * route.speed**2
-                values = end - start, rope.axial_rigidity, route.ropes, flow, tension
+                rims = span.start.rim * (start == 0.0), span.end.rim * (i is None)
+                values = end - start, rope.axial_rigidity, route.ropes, flow, tension, *rims
                 pieces.append((number, section, run, *values, *(rope.density * pull), *jump))
                 start = end
     span_of, section_of, run_of, *columns = np.array(pieces).T
     distance, rigidity, ropes, flow, pretension = columns[:5]
+    none = np.zeros((distance.size, 2))
     strain = np.nan_to_num(pretension) / rigidity
-    length = distance / (1.0 + strain)
     found = Ropes(
         span=span_of.astype(np.intp),
         section=section_of.astype(np.intp),
         run=run_of.astype(np.intp),
         distance=distance,
-        length=length,
+        cut=distance / (1.0 + strain),
         rigidity=rigidity,
-        load=np.column_stack(columns[5:7]),
-        jump=np.column_stack(columns[7:]),
+        load=np.column_stack(columns[7:9]),
+        jump=np.column_stack(columns[9:]),
         ropes=ropes,
         flow=flow,
         momentum=flow / (1.0 + strain),
         pretension=pretension,
         standing=np.full(len(sections), np.nan),
+        far=np.zeros(len(sections), dtype=np.bool_),
+        rim=np.column_stack(columns[5:7]),
+        wound=none,
+        bow=none,
+        over=none,
     )
     for drum, place, number in _standing(drive):
         last = place is drive.free_spans[number].end
-        more = torques.get(drum, 0.0) / (place.sense * place.radius) * (1.0 if last else -1.0)
+        more = torques.get(drum, 0.0) / place.rim * (1.0 if last else -1.0)
         section = int(found.section[span_of == number][0])
-        below = found.drop[found.section == section, 0].sum() if last else 0.0
-        found.standing[section] = pretension[span_of == number][0] + more + below
+        found.standing[section] = pretension[span_of == number][0] + more
+        found.far[section] = last
     return found
 
 
@@ -323,18 +355,12 @@ def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
 def unheld_words(motion: Motion, statics: Statics) -> list[str]:
     """A warning for each pulley that nothing in the file holds at rest, such as the far drum of a line."""
     drive = motion.drive
-    torques = np.zeros(len(drive.pulley))
-    for span, forces in zip(drive.free_spans, statics.forces, strict=True):
-        for place, contact, force in zip((span.start, span.end), span.contacts, forces, strict=True):
-            if place.pulley is not None:
-                arm = np.subtract(contact, place.centre)
-                torques[place.pulley] += arm[0] * force[1] - arm[1] * force[0]
     largest = float(np.abs(statics.forces).max(initial=0.0))
     return [
         f"the ropes at rest turn pulley {pulley.name} by {abs(torque):.4g} N m and nothing in the file holds "
         "it: what is computed holds where a load does; else give it a motor, or fixed = true where a brake "
         "does"
-        for number, (pulley, torque) in enumerate(zip(drive.pulley, torques, strict=True))
+        for number, (pulley, torque) in enumerate(zip(drive.pulley, statics.torques, strict=True))
         if motion.turns(number)
         and number not in drive.turned
         and abs(torque) > pulley.coulomb_friction + _BALANCED * largest * pulley.radius

@@ -36,6 +36,11 @@ class Place:
     radius: float = meaning("[m]; 0 of an anchor")
     turns: int = meaning("full turns of the cable beyond the angle", 0)
 
+    @property
+    def rim(self) -> float:
+        """Motion of a rope per turn of its pulley [m/rad]."""
+        return self.sense * self.radius
+
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True)

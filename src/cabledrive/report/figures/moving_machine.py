@@ -109,13 +109,14 @@ def draw_machine(sheet: Sheet, drive: Machine) -> DrawnMachine:
     spans, shares = list[DrawnSpan](), np.linspace(0.0, 1.0, POINTS)
     stretches = statics_of(machine, held=machine.turned).stretches
     for name, drawn, own in zip(drive.spans, shown.free_spans, stretches, strict=True):
-        at = own[-1].end * shares
+        length = own[-1].end - own[0].start
+        at = own[0].start + length * shares
         chord = DrawnSpan(
             name=name,
             points=np.linspace(place(drawn.contacts[0]), place(drawn.contacts[1]), POINTS),
             tension=tension_at(own, at),
         )
-        scale = float(np.linalg.norm(chord.points[-1] - chord.points[0])) / own[-1].end
+        scale = float(np.linalg.norm(chord.points[-1] - chord.points[0])) / length
         spans.append(replace(chord, points=chord.moved(scale * np.interp(at, *sag_of(own)))))
     for (number, along), carriage in zip(machine.carriage_places, machine.carriage, strict=True):
         share = along / machine.free_spans[number].length

@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network.statics import unheld_words
-from cabledrive.modal.ranges import ALLOWED, AT_PULLEYS, sag_words, turned_at_pulleys
+from cabledrive.modal.ranges import ALLOWED, sag_words
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.channels import (
@@ -146,7 +146,7 @@ class NetworkCase(RopeRun):
 
 _ASSUMPTIONS = (
     "motion about the state of rest: wraps and directions of spans stay those at rest",
-    "ropes leave their pulleys where straight ones would, and hang between",
+    "ropes hang, and leave their pulleys where they do at rest",
     "torque: beyond what holds the machine at rest",
 )
 
@@ -156,12 +156,6 @@ def _sag_doubts(case: NetworkCase) -> Iterator[str]:
     network = case.mesh.network
     if case.law_name == "linear":
         yield from sag_words(network, least=ALLOWED)
-    for span, square in turned_at_pulleys(network).items():
-        if (error := AT_PULLEYS * square) > ALLOWED:
-            yield (
-                f"sag turns span {span} where it leaves its pulleys, which is left out and moves its "
-                f"frequencies by up to {error:.2g}"
-            )
 
 
 def common_of_routes(case: PreparedRun, outcome: Outcome, names: tuple[str, ...]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.parameters.route.strain_free import turns_between
@@ -69,7 +69,7 @@ def way_of(drive: RoutedDrive, moves: Mapping[str, float]) -> Way:
     try:
         poses = [moved(drive, {name: at[name] + one * way for name, way in moves.items()}) for one in part]
         networks = [network_of(pose, motor="free") for pose in poses[:: POSES // 4]]
-    except InputRefused as refusal:
+    except (InputRefused, NotComputed) as refusal:
         raise InputRefused(f"move: {refusal}") from None
     return Way(
         part=part,
