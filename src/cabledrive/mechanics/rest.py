@@ -20,7 +20,7 @@ from cabledrive.answers.result import Result
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics, at_rest
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 
@@ -122,15 +122,13 @@ def _kept_state(drive: Drive, at_torque: float) -> tuple[Statics, RestState]:
         # the drive pulley turns until its torque is that of rest and the given one
         torque = -float(Statics(drive=machine, stretches=stretches).torques[0]) - at_torque
         stretches, _ = at_rest(machine, Motion(machine), {0: torque})
-    sections = tuple(
-        own
-        for span, pieces in zip(drive.spans, stretches, strict=True)
-        for own in _sections(drive, span, pieces)
-    )
-    called = tuple(
-        tuple(replace(own, span=span) for own in pieces)
-        for span, pieces in zip(drive.spans, stretches, strict=True)
-    )
+    both = list(zip(drive.spans, stretches, strict=True))
+    for span, pieces in both:
+        lowest = min((own.pull for own in pieces if not own.straight), default=1.0)
+        if not lowest > 0.0:
+            raise NotComputed(f"no state of rest found in which the {span} span pulls: raise the pretension")
+    sections = tuple(own for span, pieces in both for own in _sections(drive, span, pieces))
+    called = tuple(tuple(replace(own, span=span) for own in pieces) for span, pieces in both)
     statics = Statics(drive=machine, stretches=called)
     torque = float(statics.torques[0]) + (drive.kind == "line") * first.radius * drive.cable.pretension
     return statics, RestState(sections=sections, holding_torque=torque)

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
+from math import atan2
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.statics import angles_of, equilibrium
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import plan as at
@@ -122,12 +123,19 @@ class LoopCase(RopeRun):
         """Spans that sag turns where they leave their pulleys by more than a run of a loop may leave out."""
         if not self.machine.layout.gravity:
             return
-        for section in rest_state(self.machine).sections:
-            ends = section.stretches[0].force, section.stretches[-1].end_force
-            slope = max(abs(across / along) for along, across in ends if along)
-            if slope**2 > AT_PULLEYS or sag_parameter(section.stretches) > MOST_SAG:
+        try:
+            sections = rest_state(self.machine).sections
+        except NotComputed as why:
+            yield f"rims move the cable along the line of the pulleys; whether sag turns it is unknown: {why}"
+            return
+        for span in self.machine.spans:
+            own = [section for section in sections if section.span == span]
+            ends = own[0].stretches[0].force, own[-1].stretches[-1].end_force
+            slope = max(abs(atan2(across, along)) for along, across in ends)
+            irvine = max(sag_parameter(section.stretches) for section in own)
+            if slope**2 > AT_PULLEYS or irvine > MOST_SAG:
                 yield (
-                    f"rims move the {section.span} span along the line of the pulleys; sag turns it by up to "
+                    f"rims move the {span} span along the line of the pulleys; sag turns it by up to "
                     f"{slope:.2g} rad there, which is left out: runs of a machine with routes have it"
                 )
 

@@ -278,8 +278,7 @@ class Ropes:
         along, across = np.stack((force, after), axis=-1).swapaxes(0, 1)
         turned = (self.rim != 0.0) & self.hangs[self.run][:, None]
         size = np.where(turned, np.hypot(along, across), 1.0)
-        over = np.where(turned, across**2 / (size + np.abs(along)), 0.0)
-        over = np.where(turned & (along < 0.0), size - along, over)
+        over = np.where(turned, np.where(along > 0.0, across**2 / (size + np.abs(along)), size - along), 0.0)
         moved = np.stack((across * turned, over), axis=-1) * (self.rim / size)[..., None]
         bow = moved[:, 1] - moved[:, 0]
         stretch = 1.0 + (size + self.momentum[:, None]) / self.rigidity[:, None]
@@ -350,7 +349,7 @@ def solved(
         by_shear[~hangs | (np.abs(by_shear) <= _ROUND_OFF * ropes.sums(ropes.length, ropes.run))] = 0.0
         return by_tension, by_shear, give
 
-    for step_number in range(MOST_STEPS):
+    for number in range(MOST_STEPS):
         if lags:
             ropes = ropes.settled(tension, shear, share)
         by_tension, by_shear, give = slopes(tension, shear, tension)
@@ -365,7 +364,10 @@ def solved(
         np.subtract.at(balance.T, of_run, (across * follows).T)
         even = np.sqrt(curvature.max(initial=0.0) / curvature)
         missing = rest(ropes) - along @ tension - across @ (shear - shift) + balance @ (slope / curvature)
-        pull = even * (np.linalg.pinv(balance / scale * even, rcond=SINGULAR) @ (missing / scale[:, 0]))
+        gain = balance / scale * even
+        if not np.isfinite([*missing, *shift, *slope, *even, *gain.flat]).all():
+            break
+        pull = even * (np.linalg.pinv(gain, rcond=SINGULAR) @ (missing / scale[:, 0]))
         step = pull - slope / curvature
         turn = -shift - follows * step[of_run]
         first, part = (by_tension - curvature * pull) @ step + by_shear @ turn, 1.0
@@ -384,9 +386,9 @@ def solved(
             share, left = 1.0, rest(ropes) - along @ tension - across @ shear
             if np.any(np.abs(left) > NEAR * size * scale[:, 0]):  # refused by it
                 return ropes, tension, shear
-        elif step_number > MOST_STEPS // 4:  # it goes round the solution, or away from it
+        elif share and number > MOST_STEPS // 4:  # it goes round the solution, or away from it
             share = 0.3
         before = change
     if np.any(tension[ropes.section] + ropes.fallen[:, 0] <= 0.0):  # refused by it
         return ropes, tension, shear
-    raise NotComputed(f"no state of rest within {MOST_STEPS} steps: raise the pretension")
+    raise NotComputed(f"no state of rest found in {number + 1} steps: raise the pretension")

@@ -187,7 +187,8 @@ def at_rest(
         return -(applied + ends_of(now.fallen, now))[rows]
 
     _refuse_open(drive, ropes, along[rows], turning - several)
-    ropes, tension, shear = solved(ropes, along[rows], across[rows], rest)
+    with np.errstate(all="ignore"):  # of what runs away, which is refused
+        ropes, tension, shear = solved(ropes, along[rows], across[rows], rest)
     for row, wanted in zip(rows, (rest(ropes) - across[rows] @ shear).tolist(), strict=True):
         pulls = along[row] * tension
         if abs(wanted - pulls.sum()) > _BALANCED * max(abs(wanted) + np.abs(pulls).sum(), 1e-9):
