@@ -109,7 +109,10 @@ def _floor(case, stretches, floor, modes, rng):
 
 
 def _advance(case, state, first, last, rest):
-    """Move the state in place from record to record; v and w from rest at each, and whether it went slack."""
+    """Move the state in place from record to record; v and w at each, and whether it went slack.
+
+    From the curve at rest, along which the rope travels.
+    """
     every, width = case.grid.every, case.nodes
     if last <= first:
         return np.zeros((0, 2, width)), False
@@ -118,6 +121,14 @@ def _advance(case, state, first, last, rest):
     given = case.plan, state, new_workspace(case.plan)
     code = integrate_steps(case.scheme.method, given, (torque, forces), every, (rows, fields))
     moved = fields[:, V:] - rest[V:]
+    for own, (begin, end) in zip(case.mesh.positions, case.mesh.nodes, strict=True):
+        here = slice(begin, end + 1)
+        curve, height = own + rest[0, here], rest[W, here]
+        first_slope, last_slope = (np.diff(height) / np.diff(curve))[[0, -1]]
+        far = own[-1]
+        along = np.concatenate(([curve[0] - far], curve, [curve[-1] + far]))
+        up = np.concatenate(([height[0] - far * first_slope], height, [height[-1] + far * last_slope]))
+        moved[:, 1, here] = fields[:, W, here] - np.interp(own + fields[:, 0, here], along, up)
     return moved[np.isfinite(moved).all(axis=(1, 2))], code != DONE
 
 

@@ -249,16 +249,6 @@ def frequencies(drive, *, tensions=None, ways=PLANES, held=(), degree=26):
 # --- Sag at the middle [m] and horizontal tension [N] of a level span (Irvine, Cable Structures, section 2.3)
 
 
-def parabola_sag(drive):
-    """A parabola stretched by its own sag, limit of the consistent weak law: H = T0 + K/24 (q L_e / H)^2."""
-    cable, length = drive.cable, drive.pulley_distance
-    weight = cable.stretched_mass_per_length * drive.layout.gravity_across * length
-    stiffness = (cable.axial_rigidity + cable.pretension) / 24.0 * weight**2
-    highest = cable.pretension + stiffness ** (1.0 / 3.0)
-    tension = brentq(lambda h: h - cable.pretension - stiffness / h**2, cable.pretension, highest, **CLOSE)
-    return weight * length / (8.0 * tension), tension
-
-
 def catenary_sag(drive):
     """The elastic catenary: L_e = H L / EA + 2 H L / P arsinh(P / 2H) gives the tension H."""
     cable, length = drive.cable, drive.span_length

@@ -8,7 +8,6 @@ import numpy as np
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.mesh import mesh_of, turns_of
 from cabledrive.mechanics.network.motion import gravity
-from cabledrive.mechanics.statics import angles_of
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.route.two_pulleys import as_machine
@@ -74,36 +73,39 @@ def setting(case):
     damping = {name: options.get(name, 0.0) for name in ("transverse_damping", "axial_damping")}
     drive = replace(drive, cable=replace(drive.cable, **damping))
     mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable, model, tension_only=slack)
-    step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
+    rest, shortest = hung(drive, mesh, law), mesh.spacing[mesh.spacing > 0.0].min()
+    step = 0.8 * shortest / drive.cable.axial_wave_speed
     smooth = {"friction": "smoothed", "smoothing_speed": 0.1} if "smoothing_speed" in options else {}
     scheme = Scheme(slack="record", **smooth)
-    plan = loop_plan(drive, mesh, law, step, scheme, (("upper", 0.123),), options.get("forces", ()))
+    laws, probes = [law] * len(mesh.pieces), (("upper", 0.123),)
+    plan = network_plan(mesh, laws, rest, probes, step, scheme, options.get("forces", ()))
     plan = as_bent(plan) if bent else plan
     rng = np.random.default_rng(11)
     size = np.array([[6e-3 if slack else 2e-4], [2e-3], [2e-3]]) * (60.0 if steep else 1.0)
-    x = size * rng.uniform(-1.0, 1.0, (3, mesh.size)) * mesh.spacing.min() * 7.0
+    x = size * rng.uniform(-1.0, 1.0, (3, mesh.size)) * shortest * 7.0
     x_t = rng.uniform(-0.5, 0.5, (3, mesh.size))
-    start = new_state(plan, x, x_t, *(joined(drive, mesh, array) for array in (x, x_t)))
+    start = new_state(plan, *joined(mesh, x, x_t, rest.x))
     torque = 0.5 * rng.standard_normal((STEPS, 1))
     forces = rng.standard_normal((STEPS, plan.force.shape[0]))
     return plan, start, torque, forces
 
 
-def loop_plan(drive, mesh, law, step, scheme, probes=(), forces=()):
-    """Plan of a loop or a line that starts straight."""
-    laws = [law] * len(mesh.pieces)
-    rest = rest_of(mesh, laws, gravity(as_machine(drive)))
-    return network_plan(mesh, laws, rest, probes, step, scheme, forces)
+def hung(drive, mesh, law):
+    """How the cable of a loop or a line hangs."""
+    return rest_of(mesh, [law] * len(mesh.pieces), gravity(as_machine(drive)))
 
 
-def joined(drive, mesh, x):
-    """Coordinates that follow the rims of displacements, or velocities, which are joined there."""
-    x[1:, ~mesh.sways] = 0.0
-    for node, pulley in zip(mesh.nodes[0], drive.pulley, strict=True):
-        x[0, node] *= 0.0 if pulley.fixed else 1.0
-    if drive.kind == "loop":
-        x[:, -1] = x[:, 0]
-    return np.linalg.lstsq(turns_of(mesh), angles_of(drive, mesh, x))[0]
+def joined(mesh, x, x_t, rest):
+    """Displacements from rest and velocities whose ends are joined, and coordinates that follow the rims."""
+    turns, both = turns_of(mesh), []
+    for field, offset in ((x, rest), (x_t, 0.0 * rest)):
+        rows = np.vstack([mesh.ends[:, :, 0].reshape(-1, len(mesh.names)), turns[2] - turns[0]])
+        q = np.linalg.lstsq(rows, np.append(field[0, mesh.nodes].ravel(), 0.0))[0]
+        field[1:, ~mesh.sways] = 0.0
+        field[:, mesh.nodes] = (mesh.ends @ q).transpose(2, 0, 1)
+        both.append((field + offset, q))
+    (x, q), (x_t, q_t) = both
+    return x, x_t, q, q_t
 
 
 def as_bent(plan):

@@ -64,7 +64,7 @@ def end_of_run(drive, segments, options):
         scheme=Scheme(segments=segments, cfl=0.8, **options),
         recording=Recording(rate=1.0 / DURATION, fields=1),
     )
-    return result.fields[-1]
+    return result.fields[-1].reshape(3, len(result.spans), -1)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -73,8 +73,9 @@ def test_space_and_time_converge_with_order_two(case, measured):
     drive, options = CASES[case]
     segments, reference = SEGMENTS // COARSER.get(case, 1), REFERENCE // COARSER.get(case, 1)
     fine = end_of_run(drive, reference, {key: value for key, value in options.items() if key != "method"})
-    off = [np.abs(end_of_run(drive, int(n), options) - fine[:, :: reference // n]).max(1) for n in segments]
-    errors = np.array(off)[:, np.max(np.abs(fine), axis=1) > 0.0]
+    found = [(end_of_run(drive, int(n), options), fine[:, :, :: reference // n]) for n in segments]
+    off = [np.abs(own - exact).max((1, 2)) for own, exact in found]
+    errors = np.array(off)[:, np.abs(fine).max((1, 2)) > 0.0]
     orders = np.log2(errors[:-1] / errors[1:])
     measured("order " + ", ".join(f"{order:.3f}" for order in orders[-1]))
     assert orders[-1] == pytest.approx(2.0, abs=0.1), f"observed orders\n{orders}\nof errors\n{errors}"

@@ -319,10 +319,24 @@ def test_the_energy_handled_is_what_a_plucked_machine_starts_with():
     assert found.energy_handled == pytest.approx(0.5 * tension * 4e-6 / length, rel=0.02)
 
 
+def test_equations_at_the_nodes_of_a_machine_with_routes_tend_to_the_chain_with_order_two(measured):
+    """Pieces of different lengths, and of a single segment."""
+    apart = []
+    for segments in (10, 20, 40):
+        schemes = (Scheme(segments=segments, method=method) for method in ("verlet", "node-centred"))
+        runs = [cd.simulate(PRINTER, 0.02, start=shaped("half-sine"), scheme=own) for own in schemes]
+        one, other = (own.channel("w at the middle of motor to lower idler") for own in runs)
+        apart.append(np.abs(one - other).max())
+    order = np.log2(apart[0] / apart[2]) / 2.0
+    measured(f"order {order:.2f}, {apart[2]:.1e} m apart")
+    assert order == pytest.approx(2.0, abs=0.05)
+    winches = cd.load_drive("elevator")
+    refused(lambda: cd.simulate(winches, 1e-3, scheme=Scheme(method="node-centred")), "carriages")
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"scheme": Scheme(method="node-centred")}, "verlet"),
         ({"start": Start(drive_angle=0.1)}, "angles at the start"),
         ({"torque": {"engine": 1.0}}, "the motors are motor"),
         ({"start": Start(plucks=(Pluck(height=1e-3, span="upper"),))}, "is no span"),

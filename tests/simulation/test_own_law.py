@@ -25,6 +25,7 @@ from cabledrive.simulation.plan import DONE, INVERSE_SPACING, STEPS, new_workspa
 from cabledrive.simulation.plan import SLACK as SLACK_SPAN
 from cabledrive.simulation.segment_laws import law_components
 from command import python
+from network_samples import route
 from oracles.readable_chain.verlet import integrate_reference
 
 DRIVE = cd.load_drive("dissertation-2")
@@ -102,6 +103,18 @@ def test_a_law_of_the_same_formula_gives_the_same_motion_to_round_off(own, name,
     assert error < of_straight * 1e-10, f"midpoint: {error:.1e}"
     apart = abs(ours.energy_budget_error - theirs.energy_budget_error)
     assert apart < (1e-6 if options or drive is DAMPED else 1e-9), f"budget: {apart:.1e}"
+
+
+def test_a_law_of_ones_own_moves_a_machine_with_routes_whose_ropes_are_alike(measured):
+    asked = {"start": Start(plucks=(Pluck(height=1e-3, span="motor to lower idler"),))}
+    asked |= {"scheme": Scheme(segments=12), "recording": Recording(rate=2000.0)}
+    ours, theirs = (cd.simulate(route("printer"), 0.02, model=own, **asked) for own in (OwnExact, "exact"))
+    apart = max(np.abs(ours.channel(name) - theirs.channel(name)).max() for name in ("head.x", "motor"))
+    measured(f"{apart:.1e} m, rad")
+    assert ours.interpreted is None
+    assert apart < 1e-10 * np.abs(theirs.channel("motor")).max()
+    with pytest.raises(cd.InputRefused, match="ropes of one kind and tension"):
+        cd.simulate(cd.load_drive("camera-winches"), 1e-3, model=OwnExact)
 
 
 @pytest.mark.kernel

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kernel_cases import CARRIAGES, CASES, EVERY, LOOP, SLOPED, as_bent, joined, loop_plan, setting, taken
+from kernel_cases import CARRIAGES, CASES, EVERY, LOOP, SLOPED, as_bent, hung, joined, setting, taken
 from kernel_cases import ENERGY as conserving
 from kernel_cases import NODE_CENTRED as node_centred
 from kernel_cases import VERLET as integrate
@@ -20,6 +20,7 @@ from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.simulation.channels import TALLIES
 from cabledrive.simulation.coordinates import turn
 from cabledrive.simulation.methods import auxiliary
+from cabledrive.simulation.network.mesh import network_plan
 from cabledrive.simulation.plan import (
     EVENTS,
     LARGEST_Z,
@@ -211,13 +212,14 @@ def taut_setting(kind, *, planar, speed):
     drive, forces = DRIVES[kind]
     drive = replace(drive, cable=replace(drive.cable, transverse_damping=20.0, axial_damping=0.0))
     mesh, law = mesh_of(drive, TAUT_SEGMENTS), cable_law(drive.cable)
-    step = 0.8 * mesh.spacing.min() / drive.cable.axial_wave_speed
-    plan = loop_plan(drive, mesh, law, step, Scheme(slack="record"), (), forces)
+    step = 0.8 * mesh.spacing[mesh.spacing > 0.0].min() / drive.cable.axial_wave_speed
+    rest = hung(drive, mesh, law)
+    plan = network_plan(mesh, [law] * len(mesh.pieces), rest, (), step, Scheme(slack="record"), forces)
     x, x_t = np.zeros((3, mesh.size)), np.zeros((3, mesh.size))
     rng = np.random.default_rng(3)
     x[1 if not planar else 2 :, mesh.sways] = 1e-4 * rng.uniform(-1.0, 1.0, (2 - planar, mesh.sways.sum()))
     x_t[0, 0] = speed
-    start = new_state(plan, x, x_t, *(joined(drive, mesh, array) for array in (x, x_t)))
+    start = new_state(plan, *joined(mesh, x, x_t, rest.x))
     pushed = 1e-2 * np.sin(np.arange(TAUT_STEPS * len(plan.force))).reshape(TAUT_STEPS, -1)
     return plan, start, 0.2 * np.cos(np.arange(TAUT_STEPS))[:, None], pushed
 

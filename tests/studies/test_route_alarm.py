@@ -409,13 +409,13 @@ def level_loop():
 
 @pytest.mark.parametrize("mode", [2, 3])
 def test_torque_at_a_mode_of_a_heavy_span_shakes_it_as_far_as_in_the_full_model(mode, measured):
-    """Without the static strain of the other longitudinal modes 0.61 mm and 0.064 mm."""
+    """A cosine, which leaves the loop where it is; with rims that move the cable level 0.73 and 0.32 mm."""
     drive = level_loop()
     state = rest_state(drive)
     tension = np.mean([piece.mean_tension for piece in state.stretches])
     omega = mode * pi / LENGTH * np.sqrt(tension / (DENSITY / (1.0 + drive.cable.prestrain)))
     time = np.linspace(0.0, 3.0, 6000)
-    motion = PlannedMotion(time=time, torque=state.holding_torque + np.sin(omega * time))
+    motion = PlannedMotion(time=time, torque=state.holding_torque + np.cos(omega * time))
     found = alarm(drive, motion, floor=1e-5, limit=3e-3)
     highest, rng = 1.5 * omega / (2 * pi), np.random.default_rng(0)
     true = true_motion(drive, motion, floor=1e-5, modes=6, highest=highest, rng=rng).driven

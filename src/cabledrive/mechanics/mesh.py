@@ -1,9 +1,7 @@
 r"""Ropes divided into segments: nodes that carry mass, segments between them that carry tension.
 
-Nodes are material points of the ropes. Those of a loop are numbered round it: node 0 is the drive rim, then
-the upper span, then the load rim, then the lower span back to the drive rim, which is the last node again.
-Each carriage that moves with the rope sits on a node of its own, with equal segments between neighbouring
-carriages and ends, so that its place costs no accuracy.
+Nodes are material points of the ropes, piece by piece. Each carriage that moves with the rope sits on a node
+of its own, with equal segments between neighbouring carriages and ends, so that its place costs no accuracy.
 
 Displacements are arrays of shape (3, nodes): u, v, w at each node. A segment stores
 :math:`h\,e(u', v', w')` with the differences of its ends as gradients; the forces on the nodes are minus the
@@ -26,6 +24,7 @@ from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import OUT_OF_PLANE, Motion
 from cabledrive.mechanics.network.pieces import Piece, carriage_at
 from cabledrive.mechanics.network.span_table import next_span
+from cabledrive.mechanics.rest import loop_statics
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
@@ -76,7 +75,7 @@ class Mesh:
     network: Network
     wraps: tuple[Wrap, ...]
     names: tuple[str, ...]  # of the coordinates; "slip at NAME" where the rope may slide on a pulley
-    straight: bool  # whether displacements count from straight ropes under the pretension of the file
+    whole: bool  # whether pieces are whole spans, whose carriages sit on nodes, under the file's pretension
     pieces: tuple[str, ...]  # names: the span's, with a number where carriages cut it
     parts: tuple[tuple[Piece, ...], ...]  # of the network: what each piece consists of
     nodes: Integers  # (pieces, 2): first and last node
@@ -114,27 +113,26 @@ class Mesh:
         return self.pieces, self.positions, self.nodes, ~self.sways
 
 
-def divided(network: Network, segments: int, *, straight: bool = False) -> Mesh:
+def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
     """Divide the spans of a machine; ``segments``: of the longest piece, others in proportion.
 
-    ``straight``: pieces are whole spans with carriages on their nodes, under the pretension of the file, and
-    share the nodes at pulleys between them; else carriages are coordinates, and cut pieces under their mean
-    tension at rest.
+    ``whole``: pieces are whole spans with carriages on their nodes, under the pretension of the file; else
+    carriages are coordinates, and cut pieces under their mean tension at rest.
     """
-    check_segments(segments, fewest=FEWEST_SEGMENTS if straight else 2)
-    drive, wraps = network.drive, () if straight else wraps_of(network)
-    both = groupby(enumerate(network.pieces), key=lambda own: own[1].span if straight else own[0])
+    check_segments(segments, fewest=FEWEST_SEGMENTS if whole else 2)
+    drive, wraps = network.drive, () if whole else wraps_of(network)
+    both = groupby(enumerate(network.pieces), key=lambda own: own[1].span if whole else own[0])
     parts = tuple(tuple(piece for _, piece in own) for _, own in both)
     ropes = [own[0].rope for own in parts]
     chord = np.array([sum(piece.length for piece in own) for own in parts])
     tension = np.array([0.5 * (own[0].start_tension + own[-1].end_tension) for own in parts])
-    if straight:
+    if whole:
         tension = np.array([rope.pretension for rope in ropes])
     rigidity = np.array([rope.axial_rigidity for rope in ropes])
     fewest = np.array([len(own) for own in parts])
     count = np.rint(max(segments, fewest.max()) * chord / chord.max()).astype(np.int64)
     count, stretch = np.maximum(count, fewest), 1.0 + tension / rigidity
-    last = np.cumsum(count) if straight else np.cumsum(count + 1) - 1
+    last = np.cumsum(count + 1) - 1
     nodes = np.stack([last - count, last], axis=1)
     density = np.array([rope.density for rope in ropes]) / stretch
     lines = np.array([own[0].route.ropes for own in parts], dtype=np.float64)
@@ -174,8 +172,8 @@ def divided(network: Network, segments: int, *, straight: bool = False) -> Mesh:
         network=network,
         wraps=wraps,
         names=(*network.motion.names, *(f"slip at {wrap.name}" for wrap in wraps)),
-        straight=straight,
-        pieces=tuple(own[0].where.name for own in parts) if straight else piece_names(network),
+        whole=whole,
+        pieces=tuple(own[0].where.name for own in parts) if whole else piece_names(network),
         parts=parts,
         nodes=nodes,
         positions=positions,
@@ -203,16 +201,16 @@ SHAFTS = (*NAMES, f"rotor of {NAMES[0]}")
 
 
 def mesh_of(drive: Machine, segments: int) -> Mesh:
-    """Divide the ropes of a machine into segments; loops and lines straight, others as they hang.
+    """Divide the ropes of a machine into segments; spans of loops and lines whole, others cut
 
-    Refused: too few segments, or too many to be stored.
+    Refused: too few segments, or too many to be stored; `NotComputed` if no state of rest is found.
     """
     if isinstance(drive, RoutedDrive):
         return divided(network_of(drive), segments)
     require_two_pulleys(drive, "`simulate`")
-    machine = as_machine(replace(drive, layout=replace(drive.layout, gravity=0.0)))
+    rest, machine = loop_statics(drive), as_machine(drive)
     carried = [Motion(machine).carriage_name(number) for number in range(len(machine.carriage))]
-    mesh = divided(network_of(machine, hold=carried), segments, straight=True)
+    mesh = divided(network_of(machine, hold=carried, statics=rest), segments, whole=True)
     return replace(mesh, pieces=drive.spans, motor=SENSE * mesh.motor)
 
 
@@ -224,8 +222,9 @@ def turns_of(mesh: Mesh) -> Array:
 
 
 def gradients(mesh: Mesh, displacement: Array) -> Components:
-    """Displacement gradients u', v', w' of the segments [-] from displacements, shape (3, nodes) [m]."""
-    u_x, v_x, w_x = np.diff(displacement, axis=1) / mesh.spacing
+    """Displacement gradients u', v', w' of the segments [-] from displacements, (3, nodes) [m]; 0 between."""
+    inverse = np.divide(1.0, mesh.spacing, out=np.zeros_like(mesh.spacing), where=mesh.spacing > 0.0)
+    u_x, v_x, w_x = np.diff(displacement, axis=1) * inverse
     return u_x, v_x, w_x
 
 

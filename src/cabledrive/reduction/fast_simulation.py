@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import Mesh, mesh_of
+from cabledrive.mechanics.mesh import Mesh, mesh_of, turns_of
+from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, not_written, one_process
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.stretches import StretchModel, numbers_of
 from cabledrive.reduction.uniform_tension import (
@@ -20,12 +22,14 @@ from cabledrive.reduction.uniform_tension import (
     uniform_tension_model,
 )
 from cabledrive.simulation import Recording, Signal, SimulationResult, SlackEvent, Start
+from cabledrive.simulation.case import released_torque
 from cabledrive.simulation.channels import COLUMN, WIDTH
 from cabledrive.simulation.keeping import MOST_MEMORY, RESULT, part_of
 from cabledrive.simulation.netcdf import write_netcdf
+from cabledrive.simulation.network.mesh import rest_of
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import Function, checked_signal
-from cabledrive.simulation.start import at_start
+from cabledrive.simulation.start import at_start, straight
 
 SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
 
@@ -309,20 +313,19 @@ def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[A
     transverse amplitudes [m] and rates of both spans, in the plane w, and in v where something moves in it.
     Raises `InputRefused` if the start does not fit the model.
     """
-    mesh = mesh_of(drive, _PROJECTION_SEGMENTS)
+    mesh, law = mesh_of(drive, _PROJECTION_SEGMENTS), cable_law(drive.cable)
     if any(pluck.plane == "u" for pluck in (*start.plucks, *start.kicks)):
         raise InputRefused(
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
         )
-    place, speed, _, _ = at_start(drive, mesh, [cable_law(drive.cable)], np.zeros(0), start)
-    sines = [_sines(mesh, field, model.slopes.size) for field in (place, speed)]
+    rest = rest_of(mesh, [law] * len(mesh.pieces), gravity(as_machine(drive))).x
+    place, speed, q, q_t = at_start(mesh, [law], rest, start, released_torque(drive))
+    level, turned = straight(mesh, rest)
+    sines = [_sines(mesh, field, model.slopes.size) for field in (place - level, speed)]
     moving = 4 if any(np.any(part[2:]) for part in sines) else 2
-    first = drive.drive_pulley.radius
-    shapes = model.motions * np.array([[first], [drive.load_pulley.radius], [first]])
-    along = []
-    for field in (place, speed):
-        rims = field[0, mesh.nodes[0]]
-        along.append(np.linalg.lstsq(shapes, np.append(rims, rims[0]), rcond=None)[0])
+    radii = np.array([own.radius for own in (*drive.pulley, drive.drive_pulley)])[:, None]
+    rims = radii * turns_of(mesh) @ np.column_stack([q - turned, q_t])
+    along = np.linalg.lstsq(radii * model.motions, rims, rcond=None)[0].T
     return along[0], along[1], sines[0][:moving].copy(), sines[1][:moving].copy()
 
 

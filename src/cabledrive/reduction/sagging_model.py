@@ -28,6 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network, turns_by_torque
+from cabledrive.mechanics.network.motion import ACROSS
+from cabledrive.mechanics.network.pieces import carriage_at
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters.arrays import Array
@@ -120,7 +122,10 @@ def sagging_model(
     sagging = sagging * (scale * in_plane)[:, None, None]
     direct = np.einsum("kpg,apg->ka", force * strain, sagging)
     bends = np.einsum("pg,cp,apg->ca", share, in_strand.astype(float), sagging)
-    shove = waves.coordinates[1] @ turns_by_torque(network).T * scale[:, None]
+    shaken = shaken_by_rims(waves, shapes) * scale * in_plane
+    direct[: natural.size] -= natural[:, None] ** 2 * shaken
+    torque_shape = np.ascontiguousarray(shapes.T @ turns_by_torque(network).T)
+    shove = waves.coordinates[1] @ turns_by_torque(network).T * scale[:, None] - shaken.T @ torque_shape
     touched = [sorted(set(strands[pieces].tolist())) for _, pieces in rows]
     most, n = max((len(own) for own, _ in rows), default=0), max(map(len, touched), default=0)
     size = len(rows), most
@@ -156,7 +161,7 @@ def sagging_model(
     return StretchModel(
         natural=natural,
         damping=damping,
-        torque_shape=np.ascontiguousarray(shapes.T @ turns_by_torque(network).T),
+        torque_shape=torque_shape,
         motions=np.zeros((0, natural.size)),
         transverse=transverse,
         mass=mass,
@@ -176,6 +181,37 @@ def sagging_model(
         friction=network.rubs.values,
         friction_shape=np.ascontiguousarray(network.rubs.dense @ shapes),
     )
+
+
+def shaken_by_rims(waves: Waves, shapes: Array) -> Array:
+    r"""Inertia by which motions of the coordinates, (n, k), shake modes across, (k, across) [kg^1/2].
+
+    A rim moves a rope that sags along its own direction there. Motions across count from the chord between
+    the ends, :math:`\int\rho\varphi_j\ddot w_k` the force of the chord that rims of motion k move.
+    """
+    network, pieces = waves.network, waves.network.pieces
+    mass = np.array([piece.rope.density * piece.rest.length for piece in pieces])
+    alone = np.array([one.clamped for one in waves.across], dtype=bool)
+    found, number = np.zeros((shapes.shape[1], len(waves.across))), 0
+    for section in network.sections:
+        first, last = section[0], section[-1]
+        rims = network.motion.dense(first.rims[0], last.rims[1])
+        steep = np.array([first.direction(True)[1], last.direction(False)[1]])
+        ends, begun = (steep[:, None] * rims) @ shapes, 0.0
+        length = sum(piece.length for piece in section)
+        for piece in section:
+            share = (begun + waves.inside * piece.length) / length
+            chord = np.outer(ends[0], 1.0 - share) + np.outer(ends[1], share)
+            count = np.where(alone, 1.0, waves.ropes[number]) * mass[number]
+            found += (chord * waves.weights) @ (count[:, None] * waves.shapes[:, number]).T
+            begun, number = begun + piece.length, number + 1
+            if piece is not last:
+                carriage = carriage_at(network.drive, pieces[number])
+                name = f"{network.motion.carriage_name(carriage)} {ACROSS}"
+                chord_there = ends[0] + (ends[1] - ends[0]) * begun / length
+                swings = waves.coordinates[1] @ network.motion.dense(name)[0]
+                found += network.drive.carriage[carriage].mass * np.outer(chord_there, swings)
+    return found
 
 
 def _static(waves: Waves, rigid: Array, forces: Array) -> tuple[Array, Array]:

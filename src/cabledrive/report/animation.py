@@ -61,7 +61,7 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
         _spokes(one, drawn, larger * turns[frame])
         for row, (span, colour) in enumerate(zip(drawn.spans, ("blue", "orange"), strict=False)):
             at = result.position[row] / result.position[row, -1]
-            field = fields[frame, row * (at.size - 1) :][: at.size]
+            field = fields[frame, row * at.size :][: at.size]
             w = np.interp(np.linspace(0.0, 1.0, len(span.points)), at, field)
             one.line(*span.moved(pixels * w), colour=colour, width=2.0)
         return f"{1e3 * (time[frame] - time[0]):.1f} ms"

@@ -1,26 +1,23 @@
 """Everything that is decided before the first step of a run, and how that of a loop or a line is read."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
-from math import atan2
 from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.cable_laws import cable_law, taut_law
-from cabledrive.mechanics.mesh import SHAFTS, gradients, mesh_of, turns_of
+from cabledrive.mechanics.cable_laws import cable_law
+from cabledrive.mechanics.mesh import SHAFTS, mesh_of, turns_of
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gravity
-from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.mechanics.rest import rest_state
-from cabledrive.mechanics.statics import angles_of, equilibrium
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL,
@@ -34,17 +31,20 @@ from cabledrive.simulation.channels import (
 from cabledrive.simulation.error_estimate import ErrorEstimate, estimated_errors
 from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.methods import check_method, largest_stable_step, time_grid
-from cabledrive.simulation.network.case import NetworkCase, check_routes, motor_torques, routed_channels
-from cabledrive.simulation.network.mesh import network_plan, rest_of
+from cabledrive.simulation.network.case import (
+    NetworkCase,
+    check_routes,
+    motor_torques,
+    reached,
+    routed_channels,
+)
+from cabledrive.simulation.network.mesh import network_plan, passed_words, rest_of
 from cabledrive.simulation.own_law import law_fingerprint
-from cabledrive.simulation.plan import State, kernel_number, new_state
+from cabledrive.simulation.plan import State, new_state
 from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces
-from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start
-
-AT_PULLEYS, MOST_SAG = 1e-3, 0.1
-"""Squared slope where a span leaves its pulleys, and Irvine's parameter, above which a loop's run says so."""
+from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start, straight
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,19 +65,21 @@ class LoopCase(RopeRun):
         edges = np.cumsum([3, TALLIES, 1, n, n])
         energies, tallies, balance, q, q_t, torque = np.split(found[:, middle:], edges, axis=1)
         rows, place = np.zeros((len(found), self.width)), COLUMN["drive_angle"]
-        rows[:, place : place + 6] = np.hstack([q @ turns.T, q_t @ turns.T])
+        rows[:, place : place + 6] = np.hstack([(q - self.straight[1]) @ turns.T, q_t @ turns.T])
         rows[:, COLUMN["torque"]] = torque[:, 0]
         names = ("mean_tension", "least_tension", "axial_energy", "transverse_energy", "strain_energy")
         for k, name in enumerate(names):
             rows[:, COLUMN[f"{name}_upper"] + np.arange(spans)] = found[:, k * spans : (k + 1) * spans]
         for span in range(spans):
-            rows[:, AXIAL + span] += 0.5 * (q_t @ mesh.ends[span, :, 0].T) ** 2 @ mesh.half[span]
+            for axis in range(3):
+                moves = 0.5 * (q_t @ mesh.ends[span, :, axis].T) ** 2 @ mesh.half[span]
+                rows[:, AXIAL + span + 2 * (axis > 0)] += moves
         shafts, inertias = COLUMN["drive_energy"], np.diag(turns @ mesh.network.masses.matrix @ turns.T)
         apart = (1.0, 1.0, 1.0 * (SHAFTS[2] in mesh.names))  # a rotor on a rigid joint is the pulley's
         rows[:, shafts : shafts + 3] = 0.5 * inertias * apart * (q_t @ turns.T) ** 2
         weight = q @ plan.rest
         rows[:, COLUMN["joint_energy"]] = energies[:, 2] + weight
-        rows[:, WEIGHT_ENERGY] = energies[:, 0] - weight
+        rows[:, WEIGHT_ENERGY] = energies[:, 0] - weight - self.weight_when_straight
         rows[:, WEIGHT_ENERGY + 1 : WIDTH] = np.hstack([tallies, balance])
         rows[:, WIDTH:] = found[:, 5 * spans : middle]
         return rows
@@ -85,13 +87,15 @@ class LoopCase(RopeRun):
     def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
         rows, mesh, scheme = outcome.rows, self.mesh, self.scheme
+        outcome = outcome._replace(fields=outcome.fields - self.rest.counted)
         middles = zip(mesh.pieces, 0.5 * mesh.length, strict=True)
         columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
         estimate = estimated_errors(self, outcome, columns)
         slips = any(pulley.capstan_friction is not None for pulley in self.machine.pulley)
         handled = 0.0
         if len(rows):  # what it started with above the energy at rest, and the work done on it
-            start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) - self.rest_energy
+            start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) + self.weight_when_straight
+            start -= self.rest.energy
             work = rows[:, COLUMN["torque_work"]] + rows[:, COLUMN["force_work"]]
             handled = max(start, 0.0) + float(np.max(work, initial=0.0))
         return SimulationResult(
@@ -106,7 +110,7 @@ class LoopCase(RopeRun):
             assumptions=(
                 *neglected([self.machine.cable], self.machine.motors),
                 *_FAST[:slips],
-                *self._left_at_pulleys(),
+                *passed_words(mesh, np.abs(reached(outcome.state)).max(axis=0)),
             ),
             provenance=self.provenance(
                 {
@@ -119,43 +123,22 @@ class LoopCase(RopeRun):
             ),
         )
 
-    def _left_at_pulleys(self) -> Iterator[str]:
-        """Spans that sag turns where they leave their pulleys by more than a run of a loop may leave out."""
-        if not self.machine.layout.gravity:
-            return
-        try:
-            sections = rest_state(self.machine).sections
-        except NotComputed as why:
-            yield f"rims move the cable along the line of the pulleys; whether sag turns it is unknown: {why}"
-            return
-        for span in self.machine.spans:
-            own = [section for section in sections if section.span == span]
-            ends = own[0].stretches[0].force, own[-1].stretches[-1].end_force
-            slope = max(abs(atan2(across, along)) for along, across in ends)
-            irvine = max(sag_parameter(section.stretches) for section in own)
-            if slope**2 > AT_PULLEYS or irvine > MOST_SAG:
-                yield (
-                    f"rims move the {span} span along the line of the pulleys; sag turns it by up to "
-                    f"{slope:.2g} rad there, which is left out: runs of a machine with routes have it"
-                )
+    @cached_property
+    def straight(self) -> tuple[Array, Array]:
+        """As of `straight`: where angles, displacements and the energy of the weight count from."""
+        return straight(self.mesh, self.rest.x)
 
     @cached_property
-    def rest_energy(self) -> float:
-        """Energy at rest under gravity, drive pulley held, above that of the straight cable [J]."""
-        mesh, law = self.mesh, taut_law(self.laws[0])
-        if not self.machine.layout.gravity:
-            return 0.0
-        x, _ = equilibrium(self.machine, mesh, law, hold="drive")
-        q = np.linalg.lstsq(turns_of(mesh), angles_of(self.machine, mesh, x))[0]
-        stored = mesh.spacing @ law.energy_density(*gradients(mesh, x))
-        return float(
-            stored - np.sum(self.plan.node[at.WEIGHT_U : at.WEIGHT_W + 1] * x[::2]) - self.plan.rest @ q
-        )
+    def weight_when_straight(self) -> float:
+        """Energy of the weight of the straight cable, and of what turns pulleys, above that at rest [J]."""
+        x, q = self.straight
+        lifted = np.sum(self.plan.node[at.WEIGHT_U : at.WEIGHT_W + 1] * x[::2])
+        return -float(lifted + self.plan.rest @ q)
 
     def _extremes(self, state: State) -> dict[str, float]:
         """Least and largest angle of each shaft [rad], largest |v| and |w| of each midpoint [m]."""
-        reached = np.where(np.isfinite(state.extremes), state.extremes, 0.0)
-        angles, found = np.sort(turns_of(self.mesh) @ reached.T, axis=1).tolist(), {}
+        turned = (reached(state) - self.straight[1]) @ turns_of(self.mesh).T
+        angles, found = np.sort(turned.T, axis=1).tolist(), {}
         for name, own in zip(("drive", "load", "motor"), angles, strict=True):
             found[f"{name}_angle_min"], found[f"{name}_angle_max"] = own
         for span, (v, w) in zip(self.mesh.pieces, state.peaks.tolist(), strict=True):
@@ -164,6 +147,12 @@ class LoopCase(RopeRun):
 
 
 _FAST = ("the cable does not slip on its pulleys: capstan_friction is left out",)
+
+
+def released_torque(drive: Drive) -> float:
+    """Torque that holds a loop or a line at rest and is not given to a run [N m]: no spring has it."""
+    sprung = any(motor.holding_stiffness for motor in drive.motors)
+    return 0.0 if sprung or drive.drive_pulley.fixed else rest_state(drive).holding_torque
 
 
 def case_of(
@@ -179,7 +168,7 @@ def case_of(
     """Check and prepare a run; what cannot be run is refused. Arguments as of `simulate`."""
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
     mesh = mesh_of(drive, scheme.segments)
-    if not mesh.straight:
+    if not mesh.whole:
         check_routes(mesh.network.drive, scheme, recording, start)
     elif start.places or start.speeds:
         raise InputRefused('start: places and speeds are for machines of kind "route": give angles')
@@ -191,13 +180,15 @@ def case_of(
     grid = time_grid(duration, largest_stable_step(mesh, laws), scheme, recording.rate, mesh.size)
     torques = motor_torques(mesh.driven, torque, duration, grid.step)
     pushes = checked_forces(drive, forces, duration, grid.step)
-    if kernel_number(laws[0]) == at.OWN and not mesh.straight:
-        raise InputRefused("laws of one's own are not simulated on routes: take a packaged law")
-    rest = rest_of(mesh, laws, gravity(as_machine(drive)))
-    nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces if mesh.straight]
+    rest, holding = rest_of(mesh, laws, gravity(as_machine(drive))), 0.0
+    if isinstance(drive, Drive):
+        holding = released_torque(drive)
+        given = rest.given - holding * SENSE * np.array([name == NAMES[0] for name in mesh.names])
+        rest = rest._replace(counted=straight(mesh, rest.x)[0], given=given)
+    nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces if mesh.whole]
     plan = network_plan(mesh, laws, rest, recording.probes, grid.step, scheme, nodes)
     check_method(scheme.method, plan)
-    x, x_t, q, q_t = at_start(drive, mesh, laws, rest.x, start)
+    x, x_t, q, q_t = at_start(mesh, laws, rest.x, start, holding)
     settings = {
         "law": law_fingerprint(laws[0]),
         "torque": [signal.fingerprint for signal in torques],
@@ -216,9 +207,9 @@ def case_of(
         "settings": settings,
         "start": new_state(plan, x, x_t, q, q_t),
     }
-    if mesh.straight:
-        holding = np.array([sum(motor.offset_torque for motor in drive.motors)])
-        common |= {"torques": torques, "forces": pushes, "holding": holding, "channels": CHANNELS}
+    if mesh.whole:
+        offset = np.array([sum(motor.offset_torque for motor in drive.motors)])
+        common |= {"torques": torques, "forces": pushes, "holding": offset, "channels": CHANNELS}
         return LoopCase(plan=plan, **common)
     ways = dict(zip(PLANES, (ALONG, OUT_OF_PLANE, ACROSS), strict=True))
     pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]

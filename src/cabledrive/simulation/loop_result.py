@@ -108,9 +108,8 @@ class SimulationResult(RunResult):
             Variable("displacement", ("time", "probe", "plane"), probes, "m", "displacement of the probes"),
         ]
         if len(self.field_time):
-            n = self.position.shape[1] - 1  # span by span, the rims in both
-            spans = [self.fields[:, :, k * n : (k + 1) * n + 1] for k in range(len(self.spans))]
-            fields = np.stack(spans, axis=1).transpose(0, 1, 3, 2)
+            kept = self.fields.reshape(*self.fields.shape[:2], *self.position.shape)
+            fields = kept.transpose(0, 2, 3, 1)
             names = ("field_time", "span", "node", "plane")
             numbers.append(Variable(names[0], names[:1], self.field_time, "s", "time of a whole field"))
             found.append(Variable("field", names, fields, "m", "displacement of all nodes"))

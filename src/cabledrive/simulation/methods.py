@@ -35,10 +35,10 @@ def check_method(name: str, plan: Plan) -> None:
     """
     if name not in NAMES:
         raise InputRefused(f'method = "{name}" is not one of its values{nearest(name, NAMES)}')
-    law, spacing = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None, plan.segment[at.SPACING]
+    law, like = at.KERNEL_LAWS[plan.law] if plan.law != at.OWN else None, plan.piece[:, : at.SLACK_STRAIN]
     table: dict[str, dict[str, object]] = {
         "node-centred": {
-            "carriages or unequal segments": plan.stop.size > 0 or np.ptp(spacing) > 1e-12 * spacing[0],
+            "carriages": plan.stop.size > 0,
             "axial damping": plan.axial != of.UNDAMPED,
             "slack of a tension-only cable": plan.tension_only,
         },
@@ -49,6 +49,8 @@ def check_method(name: str, plan: Plan) -> None:
         },
     }
     refused = table.get(name, {})
+    if law is None and (np.ptp(like, axis=0) > 1e-12 * like[0]).any():
+        raise InputRefused("laws of one's own are for ropes of one kind and tension: take a packaged law")
     if law is None and refused:
         raise InputRefused(f'method = "{name}" does not know laws of one\'s own: use "verlet"')
     for what, asked in refused.items():

@@ -25,7 +25,7 @@ def move(
 ) -> None:
     """New speeds of nodes and coordinates under the components in ``work.p``."""
     if centred is not None:
-        kick_centred(plan, state.x, state.x_t, work.old, centred)
+        kick_centred(plan, state.x, state.x_t, work.old)
     else:
         kick_nodes(plan, state.x_t, work, forces)
     end_pulls(plan, work.p, work)
@@ -87,38 +87,45 @@ def finish(plan: Plan, state: State, work: Workspace, forces: Array) -> None:
 
 
 @njit_inner
-def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array, gained: Array) -> None:
+def slopes(place: Array, i: int, inverse: float) -> tuple[float, float]:
+    """First and second derivative along the rope at a node, by central differences [-], [1/m]."""
+    before, here, behind = place[i - 1], place[i], place[i + 1]
+    return 0.5 * inverse * (behind - before), inverse * inverse * (behind - 2.0 * here + before)
+
+
+@njit_inner
+def kick_centred(plan: Plan, x: Array, x_t: Array, old: Array) -> None:
     """New speeds from the equations of motion written out at the nodes, Eqs. (2.33) and (2.34)."""
-    h, node = plan.segment[at.INVERSE_SPACING, 0], plan.node
-    pretension, density = plan.piece[0, at.PRETENSION], node[at.MASS, 1] * h
-    c_u2, c_w2 = (plan.piece[0, at.RIGIDITY] + pretension) / density, pretension / density
-    for i in range(1, x.shape[1] - 1):
-        u_x, u_xx = 0.5 * h * (x[0, i + 1] - x[0, i - 1]), h * h * (x[0, i + 1] - 2.0 * x[0, i] + x[0, i - 1])
-        v_x, v_xx = 0.5 * h * (x[1, i + 1] - x[1, i - 1]), h * h * (x[1, i + 1] - 2.0 * x[1, i] + x[1, i - 1])
-        w_x, w_xx = 0.5 * h * (x[2, i + 1] - x[2, i - 1]), h * h * (x[2, i + 1] - 2.0 * x[2, i] + x[2, i - 1])
-        # stretch, its derivative, T over rho and over the stretch; the linear law has neither
-        bent = 0.0 if plan.law == at.LINEAR else 1.0
-        stretch, strain_x = 1.0 + u_x + 0.5 * bent * (v_x * v_x + w_x * w_x), u_xx + v_x * v_xx + w_x * w_xx
-        if plan.law == at.EXACT:
-            stretch = sqrt((1.0 + u_x) ** 2 + v_x * v_x + w_x * w_x)
-            strain_x = (strain_x + u_x * u_xx) / stretch
-        if plan.law == at.EXACT or plan.law == at.WEAK:
-            across = (c_w2 + c_u2 * (stretch - 1.0)) / stretch
-            turning = (c_u2 - across) * strain_x / stretch
-            along = turning * (1.0 + u_x) + across * u_xx
-        else:
-            across = c_w2 + bent * c_u2 * (stretch - 1.0)
-            turning = bent * c_u2 * strain_x
-            along = turning if bent > 0.0 else c_u2 * u_xx
-        gained[0, i] = plan.step * along
-        gained[1, i], gained[2, i] = turning * v_x + across * v_xx, turning * w_x + across * w_xx
+    node, law = plan.node, plan.law
+    bent = 0.0 if law == at.LINEAR else 1.0
     copy_rows(x_t, old)
-    for i in range(1, x.shape[1] - 1):
-        if node[at.KICK_U, i] > 0.0:  # no rim
-            damped = plan.step * node[at.KICK_T, i] / node[at.KICK_U, i]
-            x_t[0, i] += gained[0, i] + node[at.FALL_U, i]
-            x_t[1, i] = node[at.KEEP_T, i] * x_t[1, i] + damped * gained[1, i]
-            x_t[2, i] = node[at.KEEP_T, i] * x_t[2, i] + damped * gained[2, i] + node[at.FALL_W, i]
+    for piece in range(plan.nodes.shape[0]):
+        pretension, rigidity = plan.piece[piece, at.PRETENSION], plan.piece[piece, at.RIGIDITY]
+        for i in range(plan.nodes[piece, 0] + 1, plan.nodes[piece, 1]):
+            inverse = plan.segment[at.INVERSE_SPACING, i]
+            density = node[at.MASS, i] * inverse
+            c_u2, c_w2 = (rigidity + pretension) / density, pretension / density
+            u_x, u_xx = slopes(x[0], i, inverse)
+            v_x, v_xx = slopes(x[1], i, inverse)
+            w_x, w_xx = slopes(x[2], i, inverse)
+            # stretch, its derivative, T over rho and over the stretch; the linear law has neither
+            stretch, strain_x = 1.0 + u_x + 0.5 * bent * (v_x * v_x + w_x * w_x), v_x * v_xx + w_x * w_xx
+            strain_x += u_xx
+            if law == at.EXACT:
+                stretch = sqrt((1.0 + u_x) ** 2 + v_x * v_x + w_x * w_x)
+                strain_x = (strain_x + u_x * u_xx) / stretch
+            if law == at.EXACT or law == at.WEAK:
+                across = (c_w2 + c_u2 * (stretch - 1.0)) / stretch
+                turning = (c_u2 - across) * strain_x / stretch
+                along = turning * (1.0 + u_x) + across * u_xx
+            else:
+                across = c_w2 + bent * c_u2 * (stretch - 1.0)
+                turning = bent * c_u2 * strain_x
+                along = turning if bent > 0.0 else c_u2 * u_xx
+            kick, keep = plan.step * node[at.KICK_T, i] / node[at.KICK_U, i], node[at.KEEP_T, i]
+            x_t[0, i] += plan.step * along + node[at.FALL_U, i]
+            x_t[1, i] = keep * x_t[1, i] + kick * (turning * v_x + across * v_xx)
+            x_t[2, i] = keep * x_t[2, i] + kick * (turning * w_x + across * w_xx) + node[at.FALL_W, i]
 
 
 @njit_inner

@@ -136,11 +136,11 @@ def _agrees(made: CompiledLaw, law: CableLaw) -> bool:
 
 def slack_of(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:
     """Note where and when a span goes slack that was taut at the step before; whether one is slack now."""
-    spans = len(plan.nodes)
-    slack = law.is_slack(*gradients).reshape(spans, -1).any(axis=1)
+    spans = [slice(first, last) for first, last in plan.nodes.tolist()]
+    slack = np.array([law.is_slack(*gradients[:, own]).any() for own in spans])
     for span in np.flatnonzero(slack & (state.slack == 0)):
         if state.counts[at.EVENTS] < at.MOST_EVENTS:
-            tension = taut_law(law).tension(*gradients).reshape(spans, -1)[span]
+            tension = taut_law(law).tension(*gradients[:, spans[span]])
             place = int(np.argmin(tension))
             state.events[state.counts[at.EVENTS]] = state.counts[at.STEPS], span, place, tension[place]
         state.counts[at.EVENTS] += 1

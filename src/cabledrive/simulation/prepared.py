@@ -285,7 +285,9 @@ class RopeRun(PreparedRun):
 
     def _too_stiff(self, state: State) -> str:
         mesh, over = self.mesh, stiffness_over_limit(self.plan, self.laws[0], state.x)
-        span, segment = divmod(int(np.argmax(over)), len(mesh.positions[0]) - 1)
+        stiffest = int(np.argmax(over))
+        span = int(np.searchsorted(mesh.nodes[:, 0], stiffest, side="right")) - 1
+        segment = stiffest - mesh.nodes[span, 0]
         return (
             f"the law {self.law_name} is too stiff for the step of {self.grid.step:.4g} s at "
             f"t = {state.counts[at.STEPS] * self.grid.step:.6g} s in the {mesh.pieces[span]} span at "

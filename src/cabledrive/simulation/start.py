@@ -9,12 +9,9 @@ from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import Model
-from cabledrive.mechanics.mesh import SHAFTS, Divided, Mesh, gradients, turns_of
-from cabledrive.mechanics.statics import angles_of, equilibrium
-from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.mechanics.mesh import SHAFTS, Divided, Mesh, gradients
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import NAMES, SENSE
 
 PLANES = ("u", "v", "w")
@@ -95,8 +92,8 @@ class Start:
         False,
     )
     hold: str = meaning(
-        "pulleys held while that equilibrium is searched, see `cabledrive.mechanics.statics.equilibrium`. "
-        "The motor holds the drive pulley: a flexible joint starts with the twist that its torque gives it",
+        'of a loop or a line from equilibrium: "drive" where a motor has held the drive pulley, its '
+        'flexible joint twisted by that torque; "none" where friction holds it',
         "none",
     )
 
@@ -105,6 +102,10 @@ class Start:
             value, unit = getattr(self, name), "rad" if name.endswith("angle") else "rad/s"
             if not isfinite(value):
                 raise InputRefused(f"start: {name} = {value} {unit} must be finite: give a number")
+        if self.hold not in ("none", "drive"):
+            raise InputRefused(
+                f'start: hold = "{self.hold}" is not one of its values: write "none" or "drive"'
+            )
 
 
 OF_LOOPS = ("drive_angle", "load_angle", "drive_speed", "load_speed")
@@ -162,45 +163,76 @@ def by_name(names: tuple[str, ...], given: Mapping[str, float], what: str) -> Ar
     return np.array([given.get(name, 0.0) for name in names])
 
 
-def placed(
-    mesh: Mesh, given: Mapping[str, float], plucks: tuple[Pluck, ...], what: str
-) -> tuple[Array, Array]:
-    """Displacements or velocities of nodes and coordinates; ropes follow their ends linearly."""
-    q, x = by_name(mesh.names, given, what), np.zeros((3, mesh.size))
-    for k, (first, last) in enumerate(mesh.nodes):
-        share = mesh.positions[k] / mesh.length[k]
-        ends = [mesh.ends[k, side] @ q for side in range(2)]
-        x[:, first : last + 1] = ends[0][:, None] + (ends[1] - ends[0])[:, None] * share
-    return x + plucked(mesh.spans, plucks, lengths=what == "places"), q
+def following(mesh: Mesh, ends: Array) -> Array:
+    """Displacements of all nodes where ropes follow their ends, (pieces, 2, 3), linearly, (3, nodes)."""
+    x = np.zeros((3, mesh.size))
+    for k, (own, (first, last)) in enumerate(zip(ends, mesh.nodes, strict=True)):
+        here, rails = slice(first, last + 1), np.flatnonzero(~mesh.sways[first : last + 1])
+        x[0, here] = np.interp(mesh.positions[k], mesh.positions[k][[0, -1]], own[:, 0])
+        for axis in (1, 2):  # what is guided stays on its rail
+            heights = np.zeros(rails.size)
+            heights[[0, -1]] = own[:, axis]
+            x[axis, here] = np.interp(mesh.positions[k], mesh.positions[k][rails], heights)
+    return x
+
+
+def straight(mesh: Mesh, rest: Array) -> tuple[Array, Array]:
+    """Displacements of straight spans of the pretension of the file, and the coordinates there.
+
+    ``rest``: displacements at rest from the straight line of each span, (3, nodes). The load pulley turns
+    until all spans have that tension; drive pulley and rotor stay.
+    """
+    q, over = np.zeros(len(mesh.names)), rest[0, mesh.nodes[:, 1]]
+    if NAMES[1] in mesh.names:
+        load = mesh.names.index(NAMES[1])
+        turn = mesh.ends[:, 1, 0, load] - mesh.ends[:, 0, 0, load]
+        q[load] = -(turn @ over) / (turn @ turn)
+    x = np.zeros_like(rest)
+    for reach, own, (first, last) in zip(over, mesh.positions, mesh.nodes, strict=True):
+        here = slice(first, last + 1)
+        rails = np.flatnonzero(~mesh.sways[here])
+        x[0, here], x[2, here] = reach * own / own[-1], np.interp(own, own[rails], rest[2, here][rails])
+    return x + following(mesh, mesh.ends @ q), q
 
 
 def at_start(
-    drive: Machine, mesh: Mesh, laws: Sequence[CableLaw], rest: Array, start: Start
+    mesh: Mesh, laws: Sequence[CableLaw], rest: Array, start: Start, holding: float = 0.0
 ) -> tuple[Array, Array, Array, Array]:
     """Displacements and velocities at t = 0 of the nodes, (3, nodes), and of the coordinates, (n,).
 
-    ``rest``: displacements where the coordinates are 0. Raises `InputRefused` if the start does not fit the
-    machine, or a straight cable would start slack though it may not go slack.
+    ``rest``: displacements where the coordinates are 0, (3, nodes) [m]; ``holding``: torque that has held the
+    drive pulley of a loop or a line there [N m].
+    Raises `InputRefused` if the start does not fit the machine, gravity would turn a free pulley, or spans of
+    a loop or a line would start slack though they may not go slack; `NotComputed` if they may, but would have
+    to push at rest.
     """
-    places, speeds, law = start.places, start.speeds, laws[0]
-    if mesh.straight:  # the rotor turns with the drive pulley
-        shafts = SHAFTS if SHAFTS[2] in mesh.names else NAMES
+    places, speeds, law, drive = start.places, start.speeds, laws[0], mesh.network.drive
+    shafts = SHAFTS if SHAFTS[2] in mesh.names else NAMES
+    if mesh.whole:  # the rotor turns with the drive pulley
         places, speeds = (
             {name: SENSE * own for name, own in zip(shafts, (turn, load, turn), strict=False) if own}
             for turn, load in ((start.drive_angle, start.load_angle), (start.drive_speed, start.load_speed))
         )
-    x, q = placed(mesh, places, start.plucks, "places")
-    x_t, q_t = placed(mesh, speeds, start.kicks, "speeds")
-    if not mesh.straight:
-        return x + rest, x_t, q, q_t
-    assert isinstance(drive, Drive)
+    q, q_t = by_name(mesh.names, places, "places"), by_name(mesh.names, speeds, "speeds")
+    begun, turned = rest, np.zeros_like(q)
+    if mesh.whole and not start.from_equilibrium:
+        begun, turned = straight(mesh, rest)
+    x = begun + following(mesh, mesh.ends @ q) + plucked(mesh.spans, start.plucks, lengths=True)
+    x_t, q = following(mesh, mesh.ends @ q_t) + plucked(mesh.spans, start.kicks), q + turned
+    if not mesh.whole:
+        return x, x_t, q, q_t
     if start.from_equilibrium:
-        hung, (holding, _) = equilibrium(drive, mesh, law, hold=start.hold)
-        x, q = x + hung, q + np.linalg.lstsq(turns_of(mesh), angles_of(drive, mesh, hung))[0]
-        motor = drive.motor
-        # The motor's torque or its holding stiffness carries the weights through a flexible joint, if either.
-        if motor and motor.joint_stiffness and (start.hold != "none" or motor.holding_stiffness):
-            q[mesh.names.index(SHAFTS[2])] += SENSE * holding / motor.joint_stiffness
+        ours = [mesh.names.index(name) for name in (NAMES[0], SHAFTS[2]) if name in mesh.names]
+        rubs = mesh.network.rubs
+        friction = float(np.sum(rubs.values @ np.abs(rubs.dense[:, ours])))
+        least = friction + 1e-6 * law.pretension * drive.pulley[0].radius
+        if start.hold == "none" and abs(holding) > least:
+            said = f"gravity turns the free pulleys: {holding:.4g} N m would hold them"
+            raise InputRefused(f"{said}; hold the drive pulley")
+        if law.tension_only and mesh.network.lowest_tension.min() <= 0.0:
+            raise NotComputed("no equilibrium: a piece of the cable hangs slack; raise cable.pretension")
+        if len(shafts) > len(NAMES) and (stiffness := drive.motor[0].joint_stiffness):
+            q[mesh.names.index(SHAFTS[2])] += SENSE * holding / stiffness
     tension = np.asarray(law.tension(*gradients(mesh, x)))
     least = int(np.argmin(tension))
     if tension[least] < 0.0 and not law.tension_only:
@@ -217,9 +249,9 @@ def profile_of(pluck: Pluck, x: Array, held: Array) -> Array:
     """Profile of a pluck; a named shape reaches between the held points on both sides of its place."""
     if isinstance(pluck.shape, str):
         place = pluck.place * x[-1]
-        beyond = int(np.searchsorted(held, place, side="right"))
+        beyond = int(np.searchsorted(held, place))
         first, last = held[beyond - 1], held[beyond]
-        if not first < place:
+        if (np.abs(held[1:-1] - place) < 1e-3 * x[-1]).any():
             raise InputRefused(
                 f"pluck: its place, x = {place:.6g} m, is held by a guided carriage: pluck beside it"
             )

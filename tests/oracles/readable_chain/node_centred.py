@@ -22,7 +22,7 @@ from oracles.readable_chain.verlet import (
 def step_reference(plan, law, state, gradients, torque, forces):
     """One step of the scheme, Eqs. (2.32) and (2.35)-(2.38)."""
     old, shaft_old = state.x_t.copy(), state.q_t.copy()
-    pull = law.excess_components(*gradients)[0]
+    pull = np.stack(law.excess_components(*gradients))
     right = shaft_forces_reference(plan, state, pull, torque) + (plan.matrix - plan.loss) @ shaft_old
     shaft_new, friction = solve_shafts_reference(plan, plan.matrix, right, shaft_old)
     new = _kicked(plan, law, state.x, old)
@@ -32,12 +32,11 @@ def step_reference(plan, law, state, gradients, torque, forces):
 
 def _kicked(plan, law, x, old):
     """Velocities after the step, by central differences, Eqs. (2.33) and (2.34)."""
-    spacing = 1.0 / plan.segment[INVERSE_SPACING, 0]
-    first = (x[:, 2:] - x[:, :-2]) / (2.0 * spacing)
-    second = (x[:, 2:] - 2.0 * x[:, 1:-1] + x[:, :-2]) / spacing**2
-    gained = plan.step * np.stack(
-        accelerations(law, plan.node[MASS, 1] / spacing, tuple(first), tuple(second))
-    )
+    inverse = plan.segment[INVERSE_SPACING, 1:]  # of the segment behind each node, equal to that before it
+    first = (x[:, 2:] - x[:, :-2]) * 0.5 * inverse
+    second = (x[:, 2:] - 2.0 * x[:, 1:-1] + x[:, :-2]) * inverse**2
+    density = plan.node[MASS, 1] * inverse[0]
+    gained = plan.step * np.stack(accelerations(law, density, tuple(first), tuple(second)))
     inner, new = slice(1, -1), old.copy()
     moves = plan.node[KICK_U, inner] > 0.0
     share = np.where(moves, plan.node[KICK_T, inner] / np.where(moves, plan.node[KICK_U, inner], 1.0), 0.0)

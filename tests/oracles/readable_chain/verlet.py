@@ -40,27 +40,26 @@ def observed(plan, law, before, after, gradients, torque, row):
     x, q, new = before.x, before.q, after.x_t
     change, velocity = 0.5 * (new - before.x_t), 0.5 * (new + before.x_t)
     turned, turning = 0.5 * (after.q_t - before.q_t), 0.5 * (after.q_t + before.q_t)
-    spans = len(plan.nodes)
-    spacing = plan.segment[entries.SPACING].reshape(spans, -1)
-    tension = law.tension(*gradients).reshape(spans, -1)
-    stored = law.energy_density(*gradients).reshape(spans, -1)
+    spacing, tension, stored = (
+        np.stack([own[first:last] for first, last in plan.nodes])
+        for own in (plan.segment[entries.SPACING], law.tension(*gradients), law.energy_density(*gradients))
+    )
     inner, mass = [slice(first + 1, last) for first, last in plan.nodes], plan.node[entries.MASS]
     weight = plan.node[[entries.WEIGHT_U, entries.WEIGHT_W]]
 
     along = [0.5 * mass[own] @ velocity[0, own] ** 2 for own in inner]
     across = [0.5 * mass[own] @ np.sum(velocity[1:, own] ** 2, axis=0) for own in inner]
-    probes = [(1.0 - share) * x[:, int(i)] + share * x[:, int(i) + 1] for i, share, *_ in plan.probe]
+    probes = [
+        (1.0 - share) * x[:, int(i)] + share * x[:, int(i) + 1] - rest for i, share, *rest in plan.probe
+    ]
     springs = 0.5 * q @ plan.stiffness @ q - plan.rest @ q
     energies = [-np.sum(weight * x[[0, 2]]), 0.5 * turning @ plan.mass @ turning, springs]
     done = 0.5 * (before.tallies[0] + after.tallies[0])
     works = done[channels.TORQUE_WORK] + done[channels.FORCE_WORK]
 
     excess = np.stack(law.excess_components(*gradients))
-    moved = change.copy()
-    for first, last in plan.nodes:
-        moved[1:, [first, last]] = 0.0
     inertia = 0.5 * np.sum(mass * np.sum(change**2, axis=0)) + 0.5 * turned @ plan.mass @ turned
-    pull = -np.sum(excess * np.diff(moved, axis=1)) + np.sum(weight * change[[0, 2]])
+    pull = -np.sum(excess * np.diff(change, axis=1)) + np.sum(weight * change[[0, 2]])
     pull += (plan.rest - plan.stiffness @ q) @ turned
     strain = np.sum(stored * spacing, axis=1)
     kept = np.sum(along) + np.sum(across) + np.sum(strain) + np.sum(energies)
@@ -99,7 +98,7 @@ def step_reference(plan, law, state, excess, torque, forces):
     """One step under given components of the segments: kick of all nodes and shafts, tallies, drift."""
     old, shaft_old = state.x_t.copy(), state.q_t.copy()
     new = _kicked(plan, old, excess, forces)
-    shaft_force = shaft_forces_reference(plan, state, excess[0], torque)
+    shaft_force = shaft_forces_reference(plan, state, excess, torque)
     own = matrix = plan.matrix - 0.5 * plan.dampers
     # along which the segments are damped, (3, segments): derivative of each strain, zero where it is slack
     gradients = np.diff(state.x, axis=1) * plan.segment[entries.INVERSE_SPACING]
@@ -119,7 +118,7 @@ def step_reference(plan, law, state, excess, torque, forces):
 def moved_reference(plan, state, new, shaft_new):
     """Speeds and places after the step."""
     for ends, rims in zip(plan.nodes, rims_of(plan) @ shaft_new, strict=True):
-        new[0, ends] = rims
+        new[:, ends] = rims.T
     state.x_t[:] = new
     state.x[:] += plan.step * new
     state.q_t[:] = shaft_new
@@ -128,10 +127,10 @@ def moved_reference(plan, state, new, shaft_new):
 
 
 def rims_of(plan):
-    """Motion of both ends of each span along it by the coordinates, shape (spans, 2, n)."""
+    """Motion of both ends of each span by the coordinates, shape (spans, 2, 3, n)."""
     rows = np.zeros((plan.row_start.size - 1, len(plan.mass)))
     rows[np.repeat(np.arange(len(rows)), np.diff(plan.row_start)), plan.row_column] = plan.row_value
-    return rows.reshape(len(plan.nodes), 2, 3, -1)[:, :, 0]
+    return rows.reshape(len(plan.nodes), 2, 3, -1)
 
 
 def _kicked(plan, old, excess, forces):
@@ -152,7 +151,7 @@ def shaft_forces_reference(plan, state, pull, torque):
     """Forces on the coordinates at the step's time."""
     force = plan.rest - plan.stiffness @ state.q + plan.motor.T @ torque
     for (first, behind), (start, end) in zip(plan.nodes, rims_of(plan), strict=True):
-        force += pull[first] * start - pull[behind - 1] * end
+        force += pull[:, first] @ start - pull[:, behind - 1] @ end
     return force
 
 
@@ -162,7 +161,7 @@ def _rim_pull(plan, direction, mean, speeds):
     for span, (first, behind) in enumerate(plan.nodes):
         start, end = rims_of(plan)[span]
         q = damped_span_reference(plan, span, direction, mean, (start @ speeds, end @ speeds))
-        force += direction[0, first] * q[0] * start - direction[0, behind - 1] * q[-1] * end
+        force += direction[:, first] * q[0] @ start - direction[:, behind - 1] * q[-1] @ end
     return force
 
 
@@ -177,16 +176,16 @@ def _with_dampers(plan, direction, mean, old, matrix, force):
 def _damp(plan, state, direction, old, new, speeds):
     """Kick of the damping tensions on all nodes between the rims, and what they cost."""
     mean, rims = 0.5 * (old + new), rims_of(plan) @ speeds
-    q = np.concatenate(
-        [damped_span_reference(plan, span, direction, mean, own) for span, own in enumerate(rims)]
-    )
+    q = np.zeros(direction.shape[1])
+    for span, (first, last) in enumerate(plan.nodes):
+        q[first:last] = damped_span_reference(plan, span, direction, mean, rims[span])
     force = np.diff(direction * q, axis=1)
     new[0, 1:-1] += plan.node[entries.KICK_U, 1:-1] * force[0]
     new[1:, 1:-1] += plan.node[entries.KICK_T, 1:-1] * force[1:]
     mean = 0.5 * (old + new)
     power = 0.0
     for span, (first, last) in enumerate(plan.nodes):
-        mean[0, [first, last]] = rims[span]
+        mean[:, [first, last]] = rims[span].T
         power += np.sum((direction * q * np.diff(mean, axis=1))[:, first:last])
     state.tallies[0, channels.AXIAL_LOSS] += plan.step * power
 
@@ -212,17 +211,18 @@ def keep_extremes_reference(plan, state):
     state.extremes[1] = np.maximum(state.extremes[1], state.q)
     for span in range(len(plan.nodes)):
         i, share = int(plan.probe[span, 0]), plan.probe[span, 1]
-        size = np.abs((1.0 - share) * state.x[1:, i] + share * state.x[1:, i + 1])
+        place = (1.0 - share) * state.x[1:, i] + share * state.x[1:, i + 1]
+        size = np.abs(place - plan.probe[span, 3:])
         state.peaks[span] = np.maximum(state.peaks[span], size)
 
 
 def note_slack_reference(plan, law, state, gradients):
     """Note where and when a span goes slack that was taut at the step before; whether one is slack now."""
-    pushes = law.is_slack(*gradients).reshape(len(plan.nodes), -1)
-    slack = pushes.any(axis=1)
+    pushes = law.is_slack(*gradients)
+    slack = np.array([pushes[first:last].any() for first, last in plan.nodes])
     for span in np.flatnonzero(slack & (state.slack == 0)):
         if state.counts[entries.EVENTS] < entries.MOST_EVENTS:
-            tension = taut_law(law).tension(*gradients).reshape(len(plan.nodes), -1)[span]
+            tension = taut_law(law).tension(*gradients)[slice(*plan.nodes[span])]
             place = int(np.argmin(tension))
             state.events[state.counts[entries.EVENTS]] = (
                 state.counts[entries.STEPS],
@@ -305,12 +305,10 @@ def damped_span_reference(plan, span, direction, mean, rim_speeds):
     (1 + G C / 2) V = mean for the velocities V between the rims, with the dampers C = D^T D / compliance and
     the step over each node's mass in G.
     """
-    n = plan.nodes[0, 1]
-    nodes = slice(span * n, span * n + n + 1)
-    segments = slice(span * n, span * n + n)
+    first, last = plan.nodes[span]
+    n, nodes, segments = last - first, slice(first, last + 1), slice(first, last)
     velocity = mean[:, nodes].copy()
-    velocity[:, [0, -1]] = 0.0
-    velocity[0, [0, -1]] = rim_speeds
+    velocity[:, [0, -1]] = np.transpose(rim_speeds)
     rates = _rates(direction[:, segments])  # (segments, 3 nodes)
     dampers = rates.T @ (rates / plan.segment[entries.COMPLIANCE, segments, None])
     gain = plan.node[[entries.KICK_U, entries.KICK_T, entries.KICK_T], nodes].T.ravel()

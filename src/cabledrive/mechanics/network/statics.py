@@ -8,7 +8,7 @@ bodies are where the file has them. A drum at the end of a rope that nothing dri
 the tension there stays.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -133,12 +133,11 @@ def at_rest(
     drive: RoutedDrive,
     motion: Motion,
     torques: Mapping[int, float] | None = None,
-    divide: Callable[[Ropes], Ropes] | None = None,
 ) -> tuple[tuple[tuple[RestingStretch, ...], ...], Array]:
     """One rope of each span at rest, and the force on each coordinate that no spring holds yet, (n,).
 
     Pulleys that ``motion`` holds hand the moment of their rope to what carries them; ``torques``: on pulleys,
-    on top of what stands there [N m]; ``divide``: divides the ropes into segments.
+    on top of what stands there [N m].
     """
     torques, spans, names = torques or {}, drive.free_spans, motion.names
     visits = [place.pulley for places in drive.places for place in places]
@@ -147,7 +146,6 @@ def at_rest(
     several = {i for i in turning if visits.count(i) > 1 or (i in torques and i not in ends)}
     sections = sections_of(drive, turning - several)
     ropes = _ropes(drive, sections, torques)
-    ropes = ropes if divide is None else divide(ropes)
     ends_in_order = (
         motion.end_rows(at, own.along, own.across) for own in spans for at in (own.start, own.end)
     )

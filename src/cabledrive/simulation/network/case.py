@@ -22,6 +22,7 @@ from cabledrive.simulation.channels import (
     Channel,
 )
 from cabledrive.simulation.error_estimate import estimated_errors
+from cabledrive.simulation.network.mesh import passed_words
 from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
 from cabledrive.simulation.result import NetworkResult, neglected
 from cabledrive.simulation.signals import Function, Signal, checked_signal
@@ -116,11 +117,11 @@ class NetworkCase(RopeRun):
         columns = {channel.name: k for k, channel in enumerate(self.channels)}
         energies = rows[:1, columns["rope_energy"] : columns["rope_energy"] + 4].sum() if len(rows) else 0.0
         work = float(np.max(rows[:, columns["torque_work"]], initial=0.0))
-        # Turning a pulley passes rope on and leaves the geometry as it is: only bodies count.
+        # Turning a pulley passes rope on: only bodies count.
         quantities = [*mesh.names, *(f"w at the middle of {span}" for span in mesh.pieces)]
         estimate = estimated_errors(self, outcome, {name: columns[name] for name in quantities})
         bodies = [n for n, name in enumerate(mesh.names) if "." in name and not name.startswith("slip at ")]
-        reach = np.where(np.isfinite(state.extremes), np.abs(state.extremes), 0.0).max(axis=0)
+        reach = np.abs(reached(state)).max(axis=0)
         along = np.einsum("kaxn,n->kax", np.abs(mesh.ends[:, :, [0, 2]][..., bodies]), reach[bodies])
         return NetworkResult(
             **common_of_routes(self, outcome, mesh.names),
@@ -137,6 +138,7 @@ class NetworkCase(RopeRun):
             doubts=(
                 *unheld_words(mesh.network.motion, mesh.network.statics),
                 *_sag_doubts(self),
+                *passed_words(mesh, reach),
             ),
             provenance=self.provenance(
                 {"motor": mesh.network.motion.motor}, torque=[signal.fingerprint for signal in self.torques]
@@ -158,9 +160,14 @@ def _sag_doubts(case: NetworkCase) -> Iterator[str]:
         yield from sag_words(network, least=ALLOWED)
 
 
+def reached(state: Any) -> Array:
+    """Least and largest place of each coordinate, (2, n); 0 where no step was taken."""
+    return np.where(np.isfinite(state.extremes), state.extremes, 0.0)
+
+
 def common_of_routes(case: PreparedRun, outcome: Outcome, names: tuple[str, ...]) -> dict[str, Any]:
     """What results of machines with routes hold alike; ``names``: of the coordinates."""
-    extremes = np.where(np.isfinite(outcome.state.extremes), outcome.state.extremes, 0.0).T.tolist()
+    extremes = reached(outcome.state).T.tolist()
     return case.common(outcome) | {"extremes": dict(zip(names, map(tuple, extremes), strict=True))}
 
 

@@ -5,12 +5,13 @@ under its mean tension at rest. Under gravity it hangs as `cabledrive.mechanics.
 zero at rest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.mesh import Mesh, Wrap, weights_of
 from cabledrive.mechanics.network import Network
 from cabledrive.mechanics.statics import hanging_gradients, segment_forces
@@ -49,32 +50,55 @@ def rubbing_of(network: Network, wraps: Sequence[Wrap]) -> tuple[Array, Array, I
 
 
 class Rest(NamedTuple):
-    """A divided network where its coordinates are 0: at rest, or straight."""
+    """A divided network where its coordinates are 0: at rest, its ropes hanging."""
 
     x: Array  # (3, nodes): displacements u, v, w of the nodes, from the straight line of each piece [m]
+    counted: Array  # (3, nodes): those from which records count [m]
     weight: Array  # (2, nodes): of the nodes of one rope, along and across [N]
-    given: Array  # (n,): on the coordinates: weights of straight ropes' ends, or what balances hung ropes
+    given: Array  # (n,): on the coordinates, what balances the ropes
     energy: float  # of ropes and their weight, above that of the straight lines [J]
 
 
 def rest_of(mesh: Mesh, laws: Sequence[CableLaw], g: Array) -> Rest:
-    """How the ropes hang, or straight ropes with weights that nothing balances yet.
+    """How the ropes hang, and count from there.
 
     ``laws``: of each piece; ``g``, (2,): gravity in the plane of the machine [m/s^2].
     """
-    x, (weight, on_q) = np.zeros((3, mesh.size)), weights_of(mesh, g)
-    if mesh.straight:
-        return Rest(x, weight, on_q, 0.0)
+    x, weight = np.zeros((3, mesh.size)), weights_of(mesh, g)[0]
     force, energy = np.zeros(len(mesh.names)), 0.0
-    for k, (law, (first, last)) in enumerate(zip(laws, mesh.nodes.tolist(), strict=True)):
+    for k, (law, (first, last)) in enumerate(zip(map(taut_law, laws), mesh.nodes.tolist(), strict=True)):
         h = mesh.spacing[first:last]
-        u_x, w_x = hanging_gradients(law, *segment_forces(mesh.parts[k][0].rest, last - first))
+        joints = np.unique([first, *mesh.carriages[(mesh.carriages > first) & (mesh.carriages < last)], last])
+        both = zip(mesh.parts[k], np.diff(joints).tolist(), strict=True)
+        u_x, w_x = hanging_gradients(law, *np.hstack([segment_forces(own.rest, n) for own, n in both]))
         x[::2, first + 1 : last + 1] = np.cumsum(np.stack([u_x, w_x]) * h, axis=1)
         pulls = np.stack(law.excess_components(u_x, 0.0 * w_x, w_x))
         force += mesh.ropes[k] * (pulls[:, 0] @ mesh.ends[k, 0] - pulls[:, -1] @ mesh.ends[k, 1])
         stored = h @ law.energy_density(u_x, 0.0 * w_x, w_x)
         energy += mesh.ropes[k] * (stored - np.sum(weight[:, first:last] * x[::2, first:last]))
-    return Rest(x, weight, -force, float(energy))
+    return Rest(x, x, weight, -force, float(energy))
+
+
+MOST_OFF = 0.01
+"""Share of a tension by which turning ends may stretch a span that hangs before a run says so."""
+
+
+def passed_words(mesh: Mesh, turned: Array) -> Iterator[str]:
+    """Spans that hang and pass so much rope that their ends, which follow tangents at rest, stretch them.
+
+    ``turned``: largest motion of each coordinate from rest, (n,).
+    """
+    for k, own in enumerate(mesh.parts):
+        rims = mesh.network.motion.dense(own[0].rims[0], own[-1].rims[1])
+        passed = np.abs(rims) @ turned[: rims.shape[1]]
+        slope = np.abs([own[0].direction(True)[1], own[-1].direction(False)[1]])
+        off = 0.5 * (passed @ slope / mesh.length[k]) ** 2 * mesh.rigidity[k] / max(mesh.tension[k], 1e-300)
+        if off > MOST_OFF:
+            yield (
+                f"{passed.max():.3g} m of rope pass the ends of {mesh.pieces[k]}, which hangs at a slope "
+                f"of {slope.max():.2g} there: ends follow tangents at rest, which puts its tension up to "
+                f"{100.0 * off:.2g} % off"
+            )
 
 
 def tables_of(mesh: Mesh, weight: Array, step: float) -> tuple[Array, Array]:
@@ -122,7 +146,7 @@ def network_plan(
     rub, bound, wrap, held = rubbing_of(mesh.network, mesh.wraps)
     probe = probed(mesh.spans, [*zip(mesh.pieces, 0.5 * mesh.length, strict=True), *probes])
     before, share = probe[:, 0].astype(np.int64), probe[:, 1]
-    places = (1.0 - share) * rest.x[:, before] + share * rest.x[:, before + 1]
+    places = (1.0 - share) * rest.counted[:, before] + share * rest.counted[:, before + 1]
     numbers = [(law.pretension, law.axial_rigidity, law.slack_strain) for law in laws]
     piece = np.column_stack([numbers, mesh.ropes, rest.x[:, mesh.nodes[:, 1]].T])
     stops = np.unique([*mesh.carriages, *(own for own, _ in forces)]).astype(np.int64)
