@@ -6,7 +6,7 @@ from scipy.optimize import curve_fit
 
 import cabledrive as cd
 from cabledrive.parameters.route import moved
-from cabledrive.simulation import Recording, Scheme, Start
+from cabledrive.simulation import Recording, Scheme, Sine, Start
 from cabledrive.simulation.travel import PlannedMove
 from command import refused
 from network_samples import routed
@@ -232,6 +232,16 @@ def test_a_load_beside_its_drum_stays_where_it_hangs_and_damping_is_in_the_balan
 
 
 @pytest.mark.kernel
+def test_a_loop_travels_as_it_moves(measured):
+    """Without weight and strings nothing tells the rope that passes from that which moves in its place."""
+    drive = cd.load_drive("dissertation-2", overrides=["layout.gravity=0"])
+    asked = {"torque": Sine(amplitude=0.02, frequency=5.0), "recording": Recording(rate=1000.0)}
+    there, passing = (cd.simulate(drive, 0.3, travel=travel, **asked) for travel in (False, True))
+    apart = np.abs(there.load_angle - passing.channel("load pulley")).max() / np.ptp(there.load_angle)
+    measured(f"{apart:.1e} of {np.ptp(there.load_angle):.3g} rad")
+    assert apart < 1e-5
+
+
 def test_rope_that_comes_to_rest_behind_a_moving_block_gives_its_energy_up():
     """Half of a tackle's rope stands still, the other moves at twice the speed of the load."""
     found = cd.simulate(

@@ -27,9 +27,8 @@ from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.rest import loop_statics
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine, require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine, two_pulleys
 
 FEWEST_SEGMENTS = 3
 MOST_SEGMENTS = 1_000_000
@@ -205,13 +204,13 @@ def mesh_of(drive: Machine, segments: int) -> Mesh:
 
     Refused: too few segments, or too many to be stored; `NotComputed` if no state of rest is found.
     """
-    if isinstance(drive, RoutedDrive):
-        return divided(network_of(drive), segments)
-    require_two_pulleys(drive, "`simulate`")
-    rest, machine = loop_statics(drive), as_machine(drive)
+    machine, loop = as_machine(drive), two_pulleys(drive)
+    if loop is None:
+        return divided(network_of(machine), segments)
+    rest = loop_statics(loop)
     carried = [Motion(machine).carriage_name(number) for number in range(len(machine.carriage))]
     mesh = divided(network_of(machine, hold=carried, statics=rest), segments, whole=True)
-    return replace(mesh, pieces=drive.spans, motor=SENSE * mesh.motor)
+    return replace(mesh, pieces=loop.spans, motor=SENSE * mesh.motor)
 
 
 def turns_of(mesh: Mesh) -> Array:

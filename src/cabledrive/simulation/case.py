@@ -17,7 +17,7 @@ from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine, two_pulleys
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL,
@@ -167,9 +167,10 @@ def case_of(
 ) -> RopeRun:
     """Check and prepare a run; what cannot be run is refused. Arguments as of `simulate`."""
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
+    loop, machine = two_pulleys(drive), as_machine(drive)
     mesh = mesh_of(drive, scheme.segments)
-    if not mesh.whole:
-        check_routes(mesh.network.drive, scheme, recording, start)
+    if loop is None:
+        check_routes(machine, scheme, recording, start)
     elif start.places or start.speeds:
         raise InputRefused('start: places and speeds are for machines of kind "route": give angles')
     cables = (
@@ -180,12 +181,12 @@ def case_of(
     grid = time_grid(duration, largest_stable_step(mesh, laws), scheme, recording.rate, mesh.size)
     torques = motor_torques(mesh.driven, torque, duration, grid.step)
     pushes = checked_forces(drive, forces, duration, grid.step)
-    rest, holding = rest_of(mesh, laws, gravity(as_machine(drive))), 0.0
-    if isinstance(drive, Drive):
-        holding = released_torque(drive)
+    rest, holding, nodes = rest_of(mesh, laws, gravity(machine)), 0.0, list[tuple[int, int]]()
+    if loop is not None:
+        holding = released_torque(loop)
         given = rest.given - holding * SENSE * np.array([name == NAMES[0] for name in mesh.names])
         rest = rest._replace(counted=straight(mesh, rest.x)[0], given=given)
-    nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces if mesh.whole]
+        nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces]
     plan = network_plan(mesh, laws, rest, recording.probes, grid.step, scheme, nodes)
     check_method(scheme.method, plan)
     x, x_t, q, q_t = at_start(mesh, laws, rest.x, start, holding)
@@ -197,7 +198,7 @@ def case_of(
         "start": sha256(b"".join(own.tobytes() for own in (x, x_t, q, q_t))).hexdigest(),
     }
     common: dict[str, Any] = {
-        "machine": drive,
+        "machine": loop or machine,
         "scheme": scheme,
         "recording": recording,
         "grid": grid,
@@ -207,8 +208,8 @@ def case_of(
         "settings": settings,
         "start": new_state(plan, x, x_t, q, q_t),
     }
-    if mesh.whole:
-        offset = np.array([sum(motor.offset_torque for motor in drive.motors)])
+    if loop is not None:
+        offset = np.array([sum(motor.offset_torque for motor in loop.motors)])
         common |= {"torques": torques, "forces": pushes, "holding": offset, "channels": CHANNELS}
         return LoopCase(plan=plan, **common)
     ways = dict(zip(PLANES, (ALONG, OUT_OF_PLANE, ACROSS), strict=True))

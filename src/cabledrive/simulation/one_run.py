@@ -8,7 +8,8 @@ from typing import Any, cast
 
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.error_estimate import check_halves
 from cabledrive.simulation.loop_result import SimulationResult
@@ -59,9 +60,10 @@ def simulate(
     model : str or subclass of CableLaw, optional
         Cable law, in place of that of `scheme`, see `Scheme`.
     travel : PlannedMove or bool, default False
-        Of a machine with routes: bodies go far, with elastic ropes that run over pulleys and onto drums, so
-        that lengths and directions of spans follow; a planned move, whose turns the motors make, or True for
-        given torques. The run begins in the pose of the file; `Scheme.segments` is 16 by default.
+        Bodies go far, with elastic ropes that run over pulleys and onto drums, so that lengths and directions
+        of spans follow; a planned move, whose turns the motors make, or True for given torques. The run
+        begins in the pose of the file; `Scheme.segments` is 16 by default. Results are those of machines with
+        routes.
     error_estimate : bool, default False
         Whether to estimate the discretisation error from a second run with half as many segments.
     output : path-like, optional
@@ -94,9 +96,9 @@ def simulate(
     asked["start"] = start if isinstance(start, Start) else Start(plucks=tuple(start or ()))
     case: Any
     if travel:
-        if not isinstance(drive, RoutedDrive) or forces or error_estimate:
-            raise InputRefused('travel is for machines of kind "route", without forces and error_estimate')
-        case = travel_case(drive, duration, move=None if travel is True else travel, **asked)
+        if forces or error_estimate:
+            raise InputRefused("travel goes without forces and error_estimate: leave them out")
+        case = travel_case(as_machine(drive), duration, move=None if travel is True else travel, **asked)
     else:
         prepare = partial(case_of, drive, duration, forces=forces)
         case = prepare(**asked)

@@ -47,7 +47,7 @@ _NOT_FAST = (
     multiple=True,
 )
 @option("--rise", "s", "Time that the move takes.")
-@option("--travel", "flag", "Of a machine with routes: spans follow bodies that go far under torques.")
+@option("--travel", "flag", "Spans follow bodies and rope that go far under torques.")
 @option("--pluck-shape", "triangle|half-sine", "", "triangle")
 @option(
     "--model",

@@ -119,7 +119,7 @@ def _check(
         (held, "holding_stiffness keeps the motor in its place: give --move, or take it out"),
     ):
         if refused:
-            raise InputRefused(f'kind = "route", travel: {why}')
+            raise InputRefused(f"travel: {why}")
     if move is not None and not (np.isfinite(move.rise) and move.rise > 0.0):
         raise InputRefused(f"rise = {move.rise} s must be above 0 and finite: give the time of the move")
 
