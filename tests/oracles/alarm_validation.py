@@ -44,7 +44,6 @@ def true_motion(drive, motion, *, floor, modes, highest, rng, starts=(0.0, 0.35)
     sines of each stretch that get the floor; ``highest``: highest frequency of interest, for the records
     [Hz]; ``rng``: of the phases; ``starts``: instants as shares of the motion; ``segments``: per span.
     """
-    stretches = _stretches(drive)
     case = case_of(
         drive,
         float(motion.time[-1]),
@@ -53,7 +52,7 @@ def true_motion(drive, motion, *, floor, modes, highest, rng, starts=(0.0, 0.35)
         scheme=Scheme(segments=segments),
         recording=Recording(rate=RECORDS_PER_PERIOD * highest, fields=1),
     )
-    rest, end = case.first_state().x.copy(), case.grid.records
+    rest, end, stretches = case.first_state().x.copy(), case.grid.records, _stretches(case.mesh)
     state, done, driven, slack = case.first_state(), 0, 0.0, False
     begun = []
     for record in (*sorted(int(share * end) for share in starts), end):
@@ -74,13 +73,12 @@ def true_motion(drive, motion, *, floor, modes, highest, rng, starts=(0.0, 0.35)
     return TrueMotion(driven=driven, grown=grown, slack=slack)
 
 
-def _stretches(drive):
+def _stretches(mesh):
     """Span and pretensioned ends of every part between neighbouring supports."""
-    stretch, found = 1.0 + drive.cable.prestrain, []
-    for span in drive.spans:
-        held = [c.position * stretch for c in drive.carriages_on(span) if c.guided]
-        ends = [0.0, *held, drive.pulley_distance]
-        found += [(span, a, b) for a, b in itertools.pairwise(ends)]
+    found = []
+    for span, own, (first, last) in zip(mesh.pieces, mesh.positions, mesh.nodes, strict=True):
+        rails = own[~mesh.sways[first : last + 1]]
+        found += [(span, a, b) for a, b in itertools.pairwise(rails)]
     return found
 
 
@@ -111,7 +109,7 @@ def _floor(case, stretches, floor, modes, rng):
 def _advance(case, state, first, last, rest):
     """Move the state in place from record to record; v and w at each, and whether it went slack.
 
-    From the curve at rest, along which the rope travels.
+    From the curve at rest, which rims take along.
     """
     every, width = case.grid.every, case.nodes
     if last <= first:
@@ -123,12 +121,9 @@ def _advance(case, state, first, last, rest):
     moved = fields[:, V:] - rest[V:]
     for own, (begin, end) in zip(case.mesh.positions, case.mesh.nodes, strict=True):
         here = slice(begin, end + 1)
-        curve, height = own + rest[0, here], rest[W, here]
-        first_slope, last_slope = (np.diff(height) / np.diff(curve))[[0, -1]]
-        far = own[-1]
-        along = np.concatenate(([curve[0] - far], curve, [curve[-1] + far]))
-        up = np.concatenate(([height[0] - far * first_slope], height, [height[-1] + far * last_slope]))
-        moved[:, 1, here] = fields[:, W, here] - np.interp(own + fields[:, 0, here], along, up)
+        rails = np.flatnonzero(~case.mesh.sways[here])
+        chord = np.stack([np.interp(own, own[rails], at) for at in moved[:, 1, here][:, rails]])
+        moved[:, 1, here] -= chord
     return moved[np.isfinite(moved).all(axis=(1, 2))], code != DONE
 
 
