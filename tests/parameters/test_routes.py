@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.mechanics import derived_quantities, rest_state
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.parameters.drive_file import drive_from_text, drive_text, packaged_text
 from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import followers, moved, posed
+from cabledrive.reduction import lumped_model, simulate_fast
+from cabledrive.trajectories import move_limits
 from command import refused
 from network_samples import routed
 
@@ -339,3 +342,17 @@ def test_a_shaft_of_60_m_is_the_lift_with_every_place_written_anew():
     text = text.replace('"2 m : shaft - 4 m"', '"2 m : 56 m"').replace('"shaft"', '"60 m"')
     assert "shaft" not in text.split("[cable]")[1].replace("--set shaft", "")
     assert stretched == drive_from_text(text)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        rest_state,
+        derived_quantities,
+        move_limits,
+        lumped_model,
+        lambda drive: simulate_fast(drive, 0.1),
+    ],
+)
+def test_what_takes_two_pulleys_alone_refuses_other_machines_in_one_line(asked):
+    refused(lambda: asked(cd.load_drive("corexy")), "takes one cable between two pulleys")

@@ -22,7 +22,7 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics, at_rest
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES, as_machine, require_two_pulleys
 
 
 @described
@@ -103,7 +103,7 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
     NotComputed
         If no state of rest is found.
     """
-    return _kept_state(drive, at_torque)[1]
+    return _kept_state(require_two_pulleys(drive, "`rest_state`"), at_torque)[1]
 
 
 def loop_statics(drive: Drive, at_torque: float = 0.0) -> Statics:

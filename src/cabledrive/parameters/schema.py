@@ -183,10 +183,11 @@ def content_hash(drive: Machine) -> str:
         64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without its words).
     """
     content = tables_from_drive(drive, words=False)
-    if isinstance(drive, Drive) and drive.chain_of:
-        content["machine"] = tables_from_drive(drive.axis.machine, words=False)
-    for number, carriage in enumerate(drive.carriage if isinstance(drive, Drive) else ()):
-        if carriage.coupled:  # by the number of the other one, which a new name does not change
-            content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
+    if isinstance(drive, Drive):
+        if drive.chain_of:
+            content["machine"] = tables_from_drive(drive.axis.machine, words=False)
+        for number, carriage in enumerate(drive.carriage):
+            if carriage.coupled:  # by the number of the other one, which a new name does not change
+                content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()

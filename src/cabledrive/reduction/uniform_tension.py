@@ -30,6 +30,7 @@ from cabledrive.modal.natural import longitudinal_modes
 from cabledrive.modal.tuning import rims_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.stretch_runs import recorded_run
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, new_stretch_state
 
@@ -45,7 +46,7 @@ def uniform_tension_model(drive: Drive, sines: int = 16, planes: int = 1) -> Str
     ``planes``, {1, 2}: w alone, or v as well. The motions shown are the angles of drive and load pulley and
     motor. Refused: lines, carried masses, held pulleys and Coulomb friction, which the model does not have.
     """
-    if why := misfit(drive):
+    if why := misfit(require_two_pulleys(drive, "the fast model")):
         raise InputRefused(f"{why} use --model exact")
     if not 1 <= sines <= 400:
         raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")

@@ -13,6 +13,7 @@ import numpy as np
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 HIGHEST_ORDER = 21
 
@@ -118,6 +119,7 @@ def move_limits(drive: Drive, *, acceleration: float = inf, slack_share: float =
     -------
     MoveLimits
     """
+    drive = require_two_pulleys(drive, "`move_limits`", chains=True)
     motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
     ratio = second.radius / first.radius
     cable = len(drive.spans) * drive.cable.mass_per_length * drive.span_length

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import Drive
@@ -23,11 +23,6 @@ from cabledrive.parameters.route.parts import (
 )
 
 _UNDER_GRAVITY = RouteLayout()
-ONLY_TWO_PULLEYS = frozenset(
-    {"drive_pulley", "load_pulley", "span_length", "pulley_distance", "lumped", "carriages_on"}
-    | {"carriage_number", "moving_with"}
-)
-"""What a drive of kind "loop" or "line" has and a machine with routes has not."""
 
 
 @described
@@ -64,13 +59,6 @@ class RoutedDrive(MachineBase):
         self.driven  # noqa: B018
         self.free_spans  # noqa: B018
         self.carriage_places  # noqa: B018
-
-    def __getattr__(self, name: str) -> Any:
-        if name in ONLY_TWO_PULLEYS:
-            from cabledrive.parameters.route.two_pulleys import require_two_pulleys
-
-            require_two_pulleys(self, "this calculation")
-        raise AttributeError(name)
 
     @cached_property
     def ropes(self) -> tuple[Rope, ...]:

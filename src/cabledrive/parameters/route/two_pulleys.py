@@ -85,9 +85,14 @@ def two_pulleys(drive: Machine) -> Drive | None:
     return None if isinstance(drive, RoutedDrive) or drive.chain_of else drive
 
 
-def require_two_pulleys(drive: Machine, what: str) -> Drive:
-    """The drive; refused if it has not the spans of two pulleys that ``what`` needs."""
-    found, chain = two_pulleys(drive), getattr(drive, "chain_of", None)
+def require_two_pulleys(drive: Machine, what: str, *, chains: bool = False) -> Drive:
+    """The drive; refused if it has not the spans of two pulleys that ``what`` needs, or its shafts alone.
+
+    ``chains``: the lumped chain of an axis, which has two shafts and no spans, will do.
+    """
+    found, chain = two_pulleys(drive), None if isinstance(drive, RoutedDrive) else drive.chain_of
+    if chains and not isinstance(drive, RoutedDrive):
+        return drive
     if found is None:
         said = f'kind = "route": {what} takes one cable between two pulleys, kind "loop" or "line" only'
         if chain is not None:
