@@ -140,7 +140,6 @@ ROWS = {
                 ("printer-idlers", "--pluck '1 mm'", "SPAN=HEIGHT"),
                 (D2, "--pluck 'left=1 mm'", "take one of upper; lower"),
                 (D2, "--torque-on motor", "the motors are drive pulley"),
-                (D2, "--travel", "travel"),
             )
         ],
     ],

@@ -165,7 +165,6 @@ ROWS = [
     (lambda: lumped_model(RIG, 5), ["model", "5"]),
     (lambda: as_axis(route("finger")), ["springs or ropes hold"]),
     (lambda: as_axis(route("serpentine")), ["0 given"]),
-    (lambda: cd.simulate(as_axis(route("printer", *SENSORS)), 0.1), ["lumped chain", "its machine"]),
 ]
 
 
