@@ -15,7 +15,8 @@ from cabledrive.export.fmu import fmu_package
 from cabledrive.export.source import plant_loop
 from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import network_response, rotor_turn
+from cabledrive.mechanics.network.assembly import rotor_turn
+from cabledrive.mechanics.network.response import network_response
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.modal_cable import modal_cable
 from cabledrive.reduction.stretch_kernels import cable_motion, cable_step, start_cable

@@ -7,7 +7,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of, statics_of
-from cabledrive.mechanics.network.assembly import dynamic_stiffness, machine_response
+from cabledrive.mechanics.network.response import dynamic_stiffness, hung_stiffness, machine_response
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
 from cabledrive.parameters.route.two_pulleys import as_machine
@@ -235,6 +235,44 @@ def test_a_wave_never_arrives_where_a_rope_is_slack_somewhere():
     assert upright.travel_time == np.inf
     taut = replace(upright, force=(40.0, 0.0))
     assert taut.travel_time == pytest.approx(2.0 * (np.sqrt(40.0) - np.sqrt(20.0)) / 10.0, rel=1e-6)
+
+
+def test_a_rope_without_weight_has_by_steps_the_waves_of_its_closed_form(measured):
+    """Both dampings, ten half waves."""
+    drive = as_machine(cd.load_drive("dissertation-2", overrides=["layout.gravity=0"]))
+    piece, omega = network_of(drive).pieces[0], 2.0 * np.pi * np.linspace(5.0, 500.0, 60)
+    rope, found, off = piece.rope, hung_stiffness(piece, omega.astype(complex), damped=True), []
+    tension = piece.start_tension
+    soft = tension / (1.0 + tension / rope.axial_rigidity)
+    lost, drag = (
+        rope.axial_rigidity + 1j * omega * rope.axial_damping,
+        1.0 - 1j * rope.transverse_damping / omega,
+    )
+    for axis, rigidity, density in ((0, lost, rope.density), (1, soft, rope.density * drag)):
+        impedance, phase = (
+            np.sqrt(rigidity * density),
+            omega * piece.rest.length * np.sqrt(density / rigidity),
+        )
+        own, other = impedance * omega / np.tan(phase), -impedance * omega / np.sin(phase)
+        off += [
+            np.abs(found[:, axis, axis] / own - 1.0).max(),
+            np.abs(found[:, axis, axis + 3] / other - 1.0).max(),
+        ]
+    measured(f"within {max(off):.1e}")
+    assert max(off) < 1e-11
+
+
+@pytest.mark.parametrize("name", ["camera-line", "camera-winches", "ropeway"])
+def test_the_response_of_a_machine_that_hangs_has_its_poles_at_the_certified_modes(name):
+    """The stiffness of straight ropes has them 1 to 60 % away."""
+    drive = as_machine(cd.load_drive(name))
+    network = network_of(drive)
+    listed = [mode.frequency for mode in cd.modes(drive, count=6).modes if mode.plane != "v"][:4]
+    for frequency in listed:
+        omega = 2.0 * np.pi * frequency * np.array([1.0 - 1e-6, 1.0 + 1e-6])
+        stiffness = dynamic_stiffness(network, omega, damped=False, hanging=True)
+        below, above = (np.linalg.eigvalsh(own.real) < 0.0 for own in stiffness)
+        assert below.sum() + 1 == above.sum(), (frequency, below.sum(), above.sum())
 
 
 def test_transverse_damping_takes_power_at_every_frequency():

@@ -7,7 +7,7 @@ import pytest
 
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import network_response
+from cabledrive.mechanics.network.response import network_response
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction import lumped_chain
 from cabledrive.reduction.network_axis import as_axis, slack_torque

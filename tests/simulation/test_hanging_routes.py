@@ -7,9 +7,14 @@ import pytest
 from kernel_cases import heard
 
 import cabledrive as cd
+from cabledrive.mechanics import ExactLaw
+from cabledrive.mechanics.mesh import divided
+from cabledrive.mechanics.network import machine_response, network_of
+from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import CarriageForce, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import case_of
+from cabledrive.simulation.network.mesh import rest_of
 from oracles.hanging_machine import catenary_sag
 
 
@@ -91,6 +96,56 @@ def test_a_straight_cable_begins_at_angle_zero_and_falls_towards_its_rest(name, 
     low, high = (sum(run.channel(one)[0] for one in energies) for run in (still, begun))
     assert low <= high
     assert begun.energy_handled == pytest.approx(high - low, rel=1e-2)
+
+
+def chain_response(drive, segments, omega, name):
+    """Motion of a coordinate under its own force, of the divided machine about where it hangs, (p,) [m/N]."""
+    mesh = divided(network_of(drive), segments)
+    laws = [
+        ExactLaw(pretension=t, axial_rigidity=ea) for t, ea in zip(mesh.tension, mesh.rigidity, strict=True)
+    ]
+    rest, n = rest_of(mesh, laws, gravity(drive)), len(mesh.names)
+    nodes = np.cumsum(mesh.cells > 0.0) - 1
+    size = 3 * (nodes[-1] + 1)
+    stiff, lossy, mass = (np.zeros((size + n, size + n)) for _ in range(3))
+    stiff[size:, size:], mass[size:, size:] = mesh.stiffness, mesh.mass
+    lossy[size:, size:] = mesh.damping.sum(axis=0)
+    for k, ((first, last), law) in enumerate(zip(mesh.nodes, laws, strict=True)):
+        rope = mesh.parts[k][0].rope
+        moves = np.zeros((last - first + 1, 3, size + n))
+        for i in range(first + 1, last):
+            own = slice(3 * nodes[i], 3 * nodes[i] + 3)
+            moves[i - first, :, own] = np.eye(3)
+            mass[own, own] = mesh.cells[i] * np.eye(3)
+            lossy[own, own] = rope.transverse_damping * mesh.cells[i] * np.diag([0.0, 1.0, 1.0])
+        moves[[0, -1], :, size:] = mesh.ends[k]
+        h = mesh.spacing[first:last]
+        gradients = np.diff(rest.x[:, first : last + 1], axis=1) / h
+        way = np.stack(law.strain_gradient(*gradients), axis=-1)
+        damped = rope.axial_damping * (1.0 + law.pretension / law.axial_rigidity)
+        for stretch, slope, d, width in zip(
+            np.diff(moves, axis=0), law.stiffness_matrix(*gradients), way, h, strict=True
+        ):
+            stiff += stretch.T @ slope @ stretch / width
+            lossy += damped / width * np.outer(d @ stretch, d @ stretch)
+    force = np.zeros(size + n)
+    force[size + mesh.names.index(name)] = 1.0
+    return np.array([np.linalg.solve(stiff + 1j * w * lossy - w**2 * mass, force) @ force for w in omega])
+
+
+@pytest.mark.parametrize("irvine, slope", [(1.0, 20.0), (30.0, 0.0)])
+def test_the_response_about_the_catenary_is_the_limit_of_the_divided_machine(irvine, slope, measured):
+    """Damped along and across, with a cabin, up to some modes in the plane."""
+    drive = cableway(irvine, kind="loop", slope=slope, fixed=(True, False), damped=2000.0)
+    drive = as_machine(replace(drive, cable=replace(drive.cable, transverse_damping=0.5)))
+    own = [mode.frequency for mode in cd.modes(drive, count=4).modes if mode.plane != "v"]
+    frequency = np.linspace(0.2, 1.3, 12) * sorted(own)[1]
+    exact = machine_response(drive, frequency, "load pulley", "load pulley")
+    coarse, fine = (chain_response(drive, n, 2.0 * np.pi * frequency, "load pulley") for n in (32, 64))
+    off = [np.abs(own / exact - 1.0).max() for own in (coarse, fine, (4.0 * fine - coarse) / 3.0)]
+    measured(f"order {np.log2(off[0] / off[1]):.2f}, limit within {off[2]:.1e}")
+    assert np.log2(off[0] / off[1]) == pytest.approx(2.0, abs=0.2)
+    assert off[2] < 2e-2 * off[0] + 1e-5
 
 
 def test_a_rope_between_anchors_hangs_as_the_catenary_formula_says():

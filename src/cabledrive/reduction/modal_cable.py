@@ -8,8 +8,9 @@ from scipy.linalg import eigh
 
 from cabledrive.mechanics.mesh import piece_names
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.network.assembly import dynamic_stiffness, rotor_turn
+from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.motion import Row
+from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused

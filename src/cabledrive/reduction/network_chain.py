@@ -24,7 +24,8 @@ from scipy.linalg import eigh, null_space
 
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import Network, network_of
-from cabledrive.mechanics.network.assembly import network_response, rotor_turn
+from cabledrive.mechanics.network.assembly import rotor_turn
+from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum

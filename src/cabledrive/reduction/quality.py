@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import FREE, released
 from cabledrive.mechanics.network import network_of
-from cabledrive.mechanics.network.assembly import network_response
+from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array, Complex

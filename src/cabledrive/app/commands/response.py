@@ -135,11 +135,11 @@ def is_machine(source: str) -> bool:
 def response_of_machine(
     source: str, force_on: str | None, motion_of: str | None, below: float | None, *, speed: bool
 ) -> Answer:
-    """The response of a machine, its ropes straight; ``below`` [Hz]; ``speed``: of the motion's speed."""
+    """The response of a machine about where it hangs; ``below`` [Hz]; ``speed``: of the motion's speed."""
     from cabledrive.mechanics.holding import motor_condition
     from cabledrive.mechanics.network import machine_response, network_of
     from cabledrive.modal import natural_frequencies
-    from cabledrive.modal.natural import straight_limit
+    from cabledrive.modal.ranges import route_range_warnings
 
     stated = load_drive(source)
     drive = as_machine(stated)
@@ -156,7 +156,6 @@ def response_of_machine(
     still = bool(own) and bool((np.abs(found) <= ROUND_OFF * np.sqrt(own[0] * own[1])).all())
     if speed:
         found = 2j * np.pi * frequency * found
-    sag = straight_limit(network_of(drive), 2 * np.pi * top)
     parts: tuple[Any, ...] = (*drive.body, *drive.pulley, *drive.motor)
     rubs = any(part.coulomb_friction > 0.0 for part in parts)
     data: dict[str, Any] = {
@@ -170,7 +169,7 @@ def response_of_machine(
         "warnings": [
             *([f"a force on {force_on} does not move {motion_of}: zero but for round-off"] if still else []),
             *(["Coulomb friction is left out"] if rubs else []),
-            *([sag] if sag else []),
+            *route_range_warnings(network_of(drive), hanging=True),
         ],
     }
     what = "speed" if speed else "motion"

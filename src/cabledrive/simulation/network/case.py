@@ -1,6 +1,6 @@
 """Everything that is decided before the first step of a run of a network."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -137,7 +137,7 @@ class NetworkCase(RopeRun):
             assumptions=_ASSUMPTIONS + left_out(mesh.network.drive),
             doubts=(
                 *unheld_words(mesh.network.motion, mesh.network.statics),
-                *_sag_doubts(self),
+                *(sag_words(mesh.network, least=ALLOWED) if self.law_name == "linear" else ()),
                 *passed_words(mesh, reach),
             ),
             provenance=self.provenance(
@@ -151,13 +151,6 @@ _ASSUMPTIONS = (
     "ropes hang, and leave their pulleys where they do at rest",
     "torque: beyond what holds the machine at rest",
 )
-
-
-def _sag_doubts(case: NetworkCase) -> Iterator[str]:
-    """What a run leaves out of the sag of its spans, where it matters."""
-    network = case.mesh.network
-    if case.law_name == "linear":
-        yield from sag_words(network, least=ALLOWED)
 
 
 def reached(state: Any) -> Array:
