@@ -9,6 +9,8 @@ from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.methods import integrate_steps
+from cabledrive.simulation.network.case import reached
+from cabledrive.simulation.network.mesh import passed_words
 from cabledrive.simulation.plan import DONE, copy_state, new_workspace
 
 V, W = 1, 2
@@ -21,12 +23,13 @@ class TrueMotion:
 
     ``driven``: from equilibrium, by the motion alone [m]; ``grown``: from equilibrium with the floor put on
     it, what the floor's other modes add taken off [m]; ``slack``: whether a run ended because a span lost its
-    tension.
+    tension; ``stands``: whether so little rope passes that the model holds.
     """
 
     driven: float
     grown: float
     slack: bool
+    stands: bool
 
     @property
     def largest(self):
@@ -62,6 +65,7 @@ def true_motion(drive, motion, *, floor, modes, highest, rng, starts=(0.0, 0.35)
             break
         done = record
         begun.append((record, copy_state(state)))
+    stands = not any(passed_words(case.mesh, np.abs(reached(state)).max(axis=0)))
     grown = 0.0
     for record, state in begun[: len(starts)]:
         placed, speed = _floor(case, stretches, floor, modes, rng)
@@ -70,7 +74,7 @@ def true_motion(drive, motion, *, floor, modes, highest, rng, starts=(0.0, 0.35)
         moved, ended = _advance(case, state, record, end, rest)
         grown = max(grown, _above_floor(case, stretches, moved, modes, floor) + floor)
         slack = slack or ended
-    return TrueMotion(driven=driven, grown=grown, slack=slack)
+    return TrueMotion(driven=driven, grown=grown, slack=slack, stands=stands)
 
 
 def _stretches(mesh):

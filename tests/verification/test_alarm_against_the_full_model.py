@@ -35,7 +35,9 @@ class Row:
 
     @property
     def ratio(self) -> float:
-        """Largest displacement of the full model over the limit; a slack span counts as beyond."""
+        """Largest displacement of the full model over the limit, slack beyond it; 0 where it does not hold."""
+        if not self.true.stands:
+            return 0.0
         return float("inf") if self.true.slack else self.true.largest / self.sample.limit
 
     @property
@@ -116,7 +118,11 @@ def _largest_safe(sample):
 
 
 def judge(rows, measured, label, undecided=0.0):
-    """No miss; false alarms at most a tenth, ``undecided`` more unknown; what so many motions can show."""
+    """No miss; false alarms at most a tenth, ``undecided`` more unknown; what so many motions can show.
+
+    Motions that pass more rope than the full model follows are left out.
+    """
+    rows = [row for row in rows if row.true.stands]
     missed, false = [row for row in rows if row.missed], [row for row in rows if row.false]
     beyond = sum(row.ratio > 1.0 for row in rows)
     unknown = [row for row in rows if row.result.verdict == UNKNOWN]

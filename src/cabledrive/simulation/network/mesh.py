@@ -79,25 +79,27 @@ def rest_of(mesh: Mesh, laws: Sequence[CableLaw], g: Array) -> Rest:
     return Rest(x, x, weight, -force, float(energy))
 
 
-MOST_OFF = 0.01
-"""Share of a tension by which turning ends may stretch a span that hangs before a run says so."""
+MOST_OFF, MOST_PASSED, MOST_ASIDE = 0.01, 0.1, 1e-4
+"""Share of a tension by which turning ends may stretch a span that hangs, and shares of its length that they
+may pass on, and move aside, before a run says so."""
 
 
 def passed_words(mesh: Mesh, turned: Array) -> Iterator[str]:
-    """Spans that hang and pass so much rope that their ends, which follow tangents at rest, stretch them.
+    """Spans that hang and pass so much rope on that ends which follow their tangents at rest mislead.
 
     ``turned``: largest motion of each coordinate from rest, (n,).
     """
     for k, own in enumerate(mesh.parts):
-        rims = mesh.network.motion.dense(own[0].rims[0], own[-1].rims[1])
+        rims, length = mesh.network.motion.dense(own[0].rims[0], own[-1].rims[1]), float(mesh.length[k])
         passed = np.abs(rims) @ turned[: rims.shape[1]]
         slope = np.abs([own[0].direction(True)[1], own[-1].direction(False)[1]])
-        off = 0.5 * (passed @ slope / mesh.length[k]) ** 2 * mesh.rigidity[k] / max(mesh.tension[k], 1e-300)
-        if off > MOST_OFF:
+        aside, most = float(passed @ slope) / length, float(passed.max()) / length
+        off = 0.5 * aside**2 * mesh.rigidity[k] / max(mesh.tension[k], 1e-300)
+        if off > MOST_OFF or (most > MOST_PASSED and aside > MOST_ASIDE):
             yield (
-                f"{passed.max():.3g} m of rope pass the ends of {mesh.pieces[k]}, which hangs at a slope "
-                f"of {slope.max():.2g} there: ends follow tangents at rest, which puts its tension up to "
-                f"{100.0 * off:.2g} % off"
+                f"{passed.max():.3g} m of rope pass the ends of {mesh.pieces[k]}, which hangs at a slope of "
+                f"{slope.max():.2g} there: ends follow tangents at rest, which puts its tension up to "
+                f"{100.0 * off:.2g} % off, and what shakes it across up to {200.0 * most:.2g} %"
             )
 
 
