@@ -35,7 +35,7 @@ class Row:
 
     @property
     def ratio(self) -> float:
-        """Largest displacement of the full model over the limit, slack beyond it; 0 where it does not hold."""
+        """Largest displacement of the full model over the limit, slack beyond; 0 where it does not hold."""
         if not self.true.stands:
             return 0.0
         return float("inf") if self.true.slack else self.true.largest / self.sample.limit
