@@ -43,6 +43,7 @@ TRACKING = (
     Row("cable.spillover_deg", "spillover", "deg", ".2e"),
     Row("cable.frequency_ratio", "transverse over pulley mode", form=".1f"),
     Row("cable.one_to_two", "1:2 coupling", kind="text"),
+    Row("cable.passed", "as long as", kind="texts"),
     Row("repeated.best", "repetition shown", form="d"),
     Row("repeated.stopped", "stopped", kind="text"),
     Row("repeated.contraction", "converges by, a repetition", form=".3f"),

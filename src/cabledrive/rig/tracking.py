@@ -202,7 +202,7 @@ def summary_of(loop: Loop, done: Run, error: Array, seed: int) -> dict[str, Any]
         "sample_rate": 1.0 / loop.rig.interval,
         "internal_step": loop.driven.step if loop.cable is None else loop.cable.case.grid.step,
         "seed": seed,
-    } | ({} if loop.cable is None else {"cable": cable_words(loop.cable, score)})
+    } | ({} if loop.cable is None else {"cable": cable_words(loop.cable, score, motion.angle * DEGREE)})
 
 
 def within(estimates: Array, made: Controller) -> bool | None:

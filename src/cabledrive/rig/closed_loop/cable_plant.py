@@ -11,7 +11,7 @@ from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.parameters import Drive, InputRefused, Lumped
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.two_pulleys import SENSE, require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, require_two_pulleys
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.quality import distributed
 from cabledrive.rig.closed_loop.chain_kernels import (
@@ -27,6 +27,7 @@ from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.kernels import integrate
+from cabledrive.simulation.network.mesh import passed_words
 from cabledrive.simulation.plan import PRETENSION, Plan, State, Workspace, new_state, new_workspace
 from cabledrive.simulation.prepared import RopeRun
 
@@ -238,9 +239,16 @@ def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
     return distributed(replace(drive, pulley=(first, load), motor=motor, lumped=lumped))
 
 
-def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]:
-    """Resolution, stiffness, damping and modes of the cable, spillover, sway, nearness to 1:2 resonance."""
+def cable_words(cable: CablePlant, score: dict[str, float], angle: float) -> dict[str, object]:
+    """Resolution, stiffness, damping and modes of the cable, spillover, sway, nearness to 1:2 resonance.
+
+    ``angle``: largest of the load pulley [rad].
+    """
     drive, case = cable.drive, cable.case
+    turns = dict(zip(NAMES, (drive.load_pulley.radius / drive.drive_pulley.radius, 1.0), strict=True))
+    passed = passed_words(
+        case.mesh, abs(angle) * np.array([turns.get(name, 0.0) for name in case.mesh.names])
+    )
     radius, length = drive.drive_pulley.radius, drive.span_length
     pulley = float(natural_frequencies(drive, count=1)[0])
     across = min(m.frequency for m in modes(drive, count=1).modes if m.kind == "transverse")
@@ -260,4 +268,5 @@ def cable_words(cable: CablePlant, score: dict[str, float]) -> dict[str, object]
         "transverse_mode_hz": across,
         "frequency_ratio": ratio,
         "one_to_two": "coupled" if abs(ratio - 0.5) < 0.05 else "far from it",
+        "passed": list(passed),
     }
