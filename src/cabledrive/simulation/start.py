@@ -225,8 +225,8 @@ def at_start(
         ours = [mesh.names.index(name) for name in (NAMES[0], SHAFTS[2]) if name in mesh.names]
         rubs = mesh.network.rubs
         friction = float(np.sum(rubs.values @ np.abs(rubs.dense[:, ours])))
-        least = friction + 1e-6 * law.pretension * drive.pulley[0].radius
-        if start.hold == "none" and abs(holding) > least:
+        rests = abs(holding) <= friction + 1e-6 * law.pretension * drive.pulley[0].radius
+        if start.hold == "none" and not rests:
             said = f"gravity turns the free pulleys: {holding:.4g} N m would hold them"
             raise InputRefused(f"{said}; hold the drive pulley")
         if law.tension_only and mesh.network.lowest_tension.min() <= 0.0:
