@@ -82,10 +82,10 @@ class RestState(Result):
 def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
     """Tension of every stretch at rest, the drive pulley held, Eq. (M.10); the load pulley free unless fixed.
 
-    Exact for a cable of Hooke's law: what `cabledrive.mechanics.statics.equilibrium` with the exact law tends
-    to with growing number of segments. Friction is left out. Each span of a loop keeps the unstretched
-    length that the pretension of the straight drive gave it, but for what the load pulley lets over; a free
-    pulley at the end of a line keeps its standing torque.
+    Exact for a cable of Hooke's law: what the divided cable tends to with growing number of segments.
+    Friction is left out. Each span of a loop keeps the unstretched length that the pretension of the straight
+    drive gave it, but for what the load pulley lets over; a free pulley at the end of a line keeps its
+    standing torque.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class LoopCase(RopeRun):
         rows[:, shafts : shafts + 3] = 0.5 * inertias * apart * (q_t @ turns.T) ** 2
         weight = q @ plan.rest
         rows[:, COLUMN["joint_energy"]] = energies[:, 2] + weight
-        rows[:, WEIGHT_ENERGY] = energies[:, 0] - weight - self.weight_when_straight
+        rows[:, WEIGHT_ENERGY] = energies[:, 0] - weight - self.straight_energy
         rows[:, WEIGHT_ENERGY + 1 : WIDTH] = np.hstack([tallies, balance])
         rows[:, WIDTH:] = found[:, 5 * spans : middle]
         return rows
@@ -94,8 +94,9 @@ class LoopCase(RopeRun):
         slips = any(pulley.capstan_friction is not None for pulley in self.machine.pulley)
         handled = 0.0
         if len(rows):  # what it started with above the energy at rest, and the work done on it
-            start = float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) + self.weight_when_straight
-            start -= self.rest.energy
+            start = (
+                float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) + self.straight_energy - self.rest.energy
+            )
             work = rows[:, COLUMN["torque_work"]] + rows[:, COLUMN["force_work"]]
             handled = max(start, 0.0) + float(np.max(work, initial=0.0))
         return SimulationResult(
@@ -104,12 +105,13 @@ class LoopCase(RopeRun):
             spans=mesh.pieces,
             position=np.array(mesh.positions),
             energy_handled=handled,
+            energy_at_rest=self.energy_at_rest,
             slack_events=self.slack_events(outcome.state),
             extremes=self._extremes(outcome.state),
             error_estimate=estimate and ErrorEstimate(segments=estimate[0], **estimate[1]),
             assumptions=(
                 *neglected([self.machine.cable], self.machine.motors),
-                *_FAST[:slips],
+                *["the cable does not slip on its pulleys: capstan_friction is left out"][:slips],
                 *passed_words(mesh, np.abs(reached(outcome.state)).max(axis=0)),
             ),
             provenance=self.provenance(
@@ -129,7 +131,7 @@ class LoopCase(RopeRun):
         return straight(self.mesh, self.rest.x)
 
     @cached_property
-    def weight_when_straight(self) -> float:
+    def straight_energy(self) -> float:
         """Energy of the weight of the straight cable, and of what turns pulleys, above that at rest [J]."""
         x, q = self.straight
         lifted = np.sum(self.plan.node[at.WEIGHT_U : at.WEIGHT_W + 1] * x[::2])
@@ -144,9 +146,6 @@ class LoopCase(RopeRun):
         for span, (v, w) in zip(self.mesh.pieces, state.peaks.tolist(), strict=True):
             found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
         return found
-
-
-_FAST = ("the cable does not slip on its pulleys: capstan_friction is left out",)
 
 
 def released_torque(drive: Drive) -> float:

@@ -259,6 +259,13 @@ class RopeRun(PreparedRun):
             rows[:] = self.columns(found)
         return code
 
+    @property
+    def energy_at_rest(self) -> float:
+        """What the ropes store at rest [J]."""
+        mesh = self.mesh
+        stretched = 0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length
+        return float(np.sum(stretched)) + abs(float(self.rest.energy))
+
     def slack_events(self, state: State) -> tuple[SlackEvent, ...]:
         """Where and when spans went slack up to a state, in order, the first thousand times."""
         events = []

@@ -83,13 +83,11 @@ class RunResult(Result):
     energy_handled: float = meaning(
         "largest energy the run had to do with [J]: initial energy above rest, plus work done on the drive"
     )
-    energy_at_rest: float = meaning(
-        "what the ropes of a machine with routes store at rest [J], whose round-off is no motion", 0.0
-    )
+    energy_at_rest: float = meaning("what the ropes store at rest [J], whose round-off is no motion", 0.0)
     field_time: Array = meaning("(field records,): times of the whole fields [s]")
     fields: Array = meaning(
-        "(field records, 3, nodes): displacements u, v, w of all nodes, round a loop from the drive rim; of "
-        "a machine with routes piece by piece, from rest [m]"
+        "(field records, 3, nodes): displacements u, v, w of all nodes, piece by piece, ends in both; from "
+        "rest, of loops and lines from the straight cable [m]"
     )
     assumptions: tuple[str, ...] = meaning("what was left out", ())
     provenance: dict[str, Any] = meaning("version, drive, method and settings, as plain data")

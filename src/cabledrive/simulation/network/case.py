@@ -128,8 +128,7 @@ class NetworkCase(RopeRun):
             spans=mesh.pieces,
             positions=tuple(mesh.positions),
             energy_handled=max(float(energies), 0.0) + work,
-            energy_at_rest=float(np.sum(0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length))
-            + abs(self.rest.energy),
+            energy_at_rest=self.energy_at_rest,
             midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
             slack_events=self.slack_events(state),
             error_estimate=estimate and {name: asdict(own) for name, own in estimate[1].items()},

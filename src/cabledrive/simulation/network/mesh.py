@@ -1,8 +1,9 @@
 r"""A network of spans divided into segments, with wraps where ropes slide, dry friction and axial damping.
 
-A piece of rope is N segments of equal unstretched length; the reference of its cable law is a straight line
-under its mean tension at rest. Under gravity it hangs as `cabledrive.mechanics.statics` says. Coordinates are
-zero at rest.
+A piece of rope is N segments of equal unstretched length; the reference of its cable law is a straight line.
+Under gravity the segment at the unstretched place s carries the force :math:`\mathbf F(s)` of Eq. (N.10),
+since the weight of a node is the difference of its neighbours: so a divided rope is in balance under the
+forces of `cabledrive.mechanics.network.statics`, whatever its law. Coordinates are zero at rest.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,8 +15,9 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.mesh import Mesh, Wrap, weights_of
 from cabledrive.mechanics.network import Network
-from cabledrive.mechanics.statics import hanging_gradients, segment_forces
+from cabledrive.mechanics.network.rest_forces import MOST_STEPS
 from cabledrive.parameters.arrays import Integers
+from cabledrive.parameters.errors import NotComputed
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.dampers import eliminated
 from cabledrive.simulation.plan import (
@@ -59,6 +61,22 @@ class Rest(NamedTuple):
     energy: float  # of ropes and their weight, above that of the straight lines [J]
 
 
+def hanging_gradients(law: CableLaw, along: Array, across: Array) -> tuple[Array, Array]:
+    """Gradients u', w' under which a law gives some forces, by Newton's method from the exact law."""
+    tension = np.where(across == 0.0, along, np.hypot(along, across))
+    strain = (tension - law.pretension) / law.stiffness
+    cosine, sine = along / tension, across / tension
+    u_x, w_x = strain * cosine - sine**2 / (1.0 + cosine), (1.0 + strain) * sine
+    for _ in range(MOST_STEPS):
+        x, _, z = law.excess_components(u_x, 0.0 * w_x, w_x)
+        left = np.stack([along - law.pretension - x, across - z], axis=-1)
+        if np.abs(left).max() <= 64.0 * np.finfo(float).eps * law.stiffness:
+            return u_x, w_x
+        slope = law.stiffness_matrix(u_x, 0.0 * w_x, w_x)[:, ::2, ::2]
+        u_x, w_x = np.stack([u_x, w_x]) + np.linalg.solve(slope, left[..., None])[..., 0].T
+    raise NotComputed(f"no equilibrium: the law {law.name} does not give {tension.min():.4g} N; take another")
+
+
 def rest_of(mesh: Mesh, laws: Sequence[CableLaw], g: Array) -> Rest:
     """How the ropes hang, and count from there.
 
@@ -69,8 +87,10 @@ def rest_of(mesh: Mesh, laws: Sequence[CableLaw], g: Array) -> Rest:
     for k, (law, (first, last)) in enumerate(zip(map(taut_law, laws), mesh.nodes.tolist(), strict=True)):
         h = mesh.spacing[first:last]
         joints = np.unique([first, *mesh.carriages[(mesh.carriages > first) & (mesh.carriages < last)], last])
-        both = zip(mesh.parts[k], np.diff(joints).tolist(), strict=True)
-        u_x, w_x = hanging_gradients(law, *np.hstack([segment_forces(own.rest, n) for own, n in both]))
+        both = [(own.rest, n) for own, n in zip(mesh.parts[k], np.diff(joints).tolist(), strict=True)]
+        places = [own.start + own.length * (np.arange(n) + 0.5) / n for own, n in both]
+        forces = [own.force_at(at_rest) for (own, _), at_rest in zip(both, places, strict=True)]
+        u_x, w_x = hanging_gradients(law, *np.hstack(forces))
         x[::2, first + 1 : last + 1] = np.cumsum(np.stack([u_x, w_x]) * h, axis=1)
         pulls = np.stack(law.excess_components(u_x, 0.0 * w_x, w_x))
         force += mesh.ropes[k] * (pulls[:, 0] @ mesh.ends[k, 0] - pulls[:, -1] @ mesh.ends[k, 1])
