@@ -36,6 +36,7 @@ from cabledrive.simulation import (
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import CHANNELS
 from cabledrive.simulation.methods import largest_stable_step
+from cabledrive.simulation.network.mesh import rest_of
 from cabledrive.simulation.signals import checked_signal, signal_of
 from cabledrive.simulation.start import at_start
 
@@ -48,8 +49,9 @@ MOTORED = load_drive("dissertation-3")
 def displaced(*plucks, drive=DRIVE, segments=40, **start):
     drive = replace(drive, layout=replace(drive.layout, gravity=0.0))
     mesh = mesh_of(drive, segments)
-    still = np.zeros((3, mesh.size))
-    return mesh, at_start(mesh, [cable_law(drive.cable)], still, Start(plucks=plucks, **start))[0]
+    law = cable_law(drive.cable)
+    rest = rest_of(mesh, [law] * len(mesh.pieces), np.zeros(2))
+    return mesh, at_start(mesh, [law], rest, Start(plucks=plucks, **start))[0]
 
 
 @pytest.mark.parametrize(("shape", "waves"), [("half-sine", 1), ("sine-2", 2), ("sine-5", 5)])

@@ -200,7 +200,7 @@ SHAFTS = (*NAMES, f"rotor of {NAMES[0]}")
 
 
 def mesh_of(drive: Machine, segments: int) -> Mesh:
-    """Divide the ropes of a machine into segments; spans of loops and lines whole, others cut
+    """Divide the ropes of a machine into segments; spans of loops and lines whole, others cut.
 
     Refused: too few segments, or too many to be stored; `NotComputed` if no state of rest is found.
     """

@@ -138,10 +138,10 @@ def sag_words(network: Network, *, hanging: bool = False, least: float = 1e-4) -
 def _slopes_at_pulleys(network: Network) -> Iterator[tuple[Piece, bool, float]]:
     """Pieces that end at a pulley and do not run, whether they start there, and their slope to the chord."""
     for piece in network.pieces:
-        for start, (along, across) in ((True, piece.rest.force), (False, piece.rest.end_force)):
-            place = piece.place(start)
+        for start in (True, False):
+            place, (cosine, sine) = piece.place(start), piece.direction(start)
             if place is not None and place.sense and not piece.route.speed:
-                yield piece, start, across / along
+                yield piece, start, sine / cosine
 
 
 def lifted_limit(network: Network) -> str | None:

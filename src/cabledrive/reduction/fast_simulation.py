@@ -29,7 +29,7 @@ from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.network.mesh import rest_of
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import Function, checked_signal
-from cabledrive.simulation.start import at_start, straight
+from cabledrive.simulation.start import at_start
 
 SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
 
@@ -318,13 +318,12 @@ def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[A
         raise InputRefused(
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
         )
-    rest = rest_of(mesh, [law] * len(mesh.pieces), gravity(as_machine(drive))).x
+    rest = rest_of(mesh, [law] * len(mesh.pieces), gravity(as_machine(drive)))
     place, speed, q, q_t = at_start(mesh, [law], rest, start, released_torque(drive))
-    level, turned = straight(mesh, rest)
-    sines = [_sines(mesh, field, model.slopes.size) for field in (place - level, speed)]
+    sines = [_sines(mesh, field, model.slopes.size) for field in (place - rest.counted, speed)]
     moving = 4 if any(np.any(part[2:]) for part in sines) else 2
     radii = np.array([own.radius for own in (*drive.pulley, drive.drive_pulley)])[:, None]
-    rims = radii * turns_of(mesh) @ np.column_stack([q - turned, q_t])
+    rims = radii * turns_of(mesh) @ np.column_stack([q - rest.turned, q_t])
     along = np.linalg.lstsq(radii * model.motions, rims, rcond=None)[0].T
     return along[0], along[1], sines[0][:moving].copy(), sines[1][:moving].copy()
 

@@ -44,7 +44,7 @@ from cabledrive.simulation.plan import State, new_state
 from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces
-from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start, straight
+from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,7 +65,7 @@ class LoopCase(RopeRun):
         edges = np.cumsum([3, TALLIES, 1, n, n])
         energies, tallies, balance, q, q_t, torque = np.split(found[:, middle:], edges, axis=1)
         rows, place = np.zeros((len(found), self.width)), COLUMN["drive_angle"]
-        rows[:, place : place + 6] = np.hstack([(q - self.straight[1]) @ turns.T, q_t @ turns.T])
+        rows[:, place : place + 6] = np.hstack([(q - self.rest.turned) @ turns.T, q_t @ turns.T])
         rows[:, COLUMN["torque"]] = torque[:, 0]
         names = ("mean_tension", "least_tension", "axial_energy", "transverse_energy", "strain_energy")
         for k, name in enumerate(names):
@@ -126,20 +126,14 @@ class LoopCase(RopeRun):
         )
 
     @cached_property
-    def straight(self) -> tuple[Array, Array]:
-        """As of `straight`: where angles, displacements and the energy of the weight count from."""
-        return straight(self.mesh, self.rest.x)
-
-    @cached_property
     def straight_energy(self) -> float:
         """Energy of the weight of the straight cable, and of what turns pulleys, above that at rest [J]."""
-        x, q = self.straight
-        lifted = np.sum(self.plan.node[at.WEIGHT_U : at.WEIGHT_W + 1] * x[::2])
-        return -float(lifted + self.plan.rest @ q)
+        lifted = np.sum(self.plan.node[at.WEIGHT_U : at.WEIGHT_W + 1] * self.rest.counted[::2])
+        return -float(lifted + self.plan.rest @ self.rest.turned)
 
     def _extremes(self, state: State) -> dict[str, float]:
         """Least and largest angle of each shaft [rad], largest |v| and |w| of each midpoint [m]."""
-        turned = (reached(state) - self.straight[1]) @ turns_of(self.mesh).T
+        turned = (reached(state) - self.rest.turned) @ turns_of(self.mesh).T
         angles, found = np.sort(turned.T, axis=1).tolist(), {}
         for name, own in zip(("drive", "load", "motor"), angles, strict=True):
             found[f"{name}_angle_min"], found[f"{name}_angle_max"] = own
@@ -184,11 +178,11 @@ def case_of(
     if loop is not None:
         holding = released_torque(loop)
         given = rest.given - holding * SENSE * np.array([name == NAMES[0] for name in mesh.names])
-        rest = rest._replace(counted=straight(mesh, rest.x)[0], given=given)
+        rest = rest._replace(given=given)
         nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces]
     plan = network_plan(mesh, laws, rest, recording.probes, grid.step, scheme, nodes)
     check_method(scheme.method, plan)
-    x, x_t, q, q_t = at_start(mesh, laws, rest.x, start, holding)
+    x, x_t, q, q_t = at_start(mesh, laws, rest, start, holding)
     settings = {
         "law": law_fingerprint(laws[0]),
         "torque": [signal.fingerprint for signal in torques],

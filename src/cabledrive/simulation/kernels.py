@@ -220,7 +220,7 @@ def integrate(
     """Take a step per row of ``torque``, recording the first of every ``every`` into the next row; 0: none.
 
     ``law``, ``numbers``: None, or the formula of a law of one's own and its numbers, whose steps end where a
-    segment is or was slack; ``centred``: room of the node-centred scheme, Eqs. (2.32) and (2.35)-(2.38),
+    segment is or was slack; ``centred``: given for the node-centred scheme, Eqs. (2.32) and (2.35)-(2.38),
     ``extra``: numbers of the energy-conserving one, None of others, which then compile without them;
     ``given``: whether what the law gives for the first step is in ``work`` already.
     Returns DONE, SLACK (before the step at whose start a span is slack) or NOT_FINITE (after its record).

@@ -100,7 +100,7 @@ def integrate_steps(
         fused = plan.axial == of.AS_STRAIGHT or (plan.axial == of.UNDAMPED and plan.run.size)
         if plan.law == at.EXACT and method == "verlet" and fused:
             return _taut_or_any(given, torque, forces, every, rows, fields)
-        centred = work.mean if method == "node-centred" else None
+        centred = NONE if method == "node-centred" else None
         extra = state.extra if method == "energy-conserving" else None
         return int(integrate(None, NONE, centred, extra, False, *given, *inputs, every, *records))
     formula = compiled_law(plan, law)

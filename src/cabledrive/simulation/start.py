@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,9 @@ from cabledrive.mechanics.mesh import SHAFTS, Divided, Mesh, gradients
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route.two_pulleys import NAMES, SENSE
+
+if TYPE_CHECKING:
+    from cabledrive.simulation.network.mesh import Rest
 
 PLANES = ("u", "v", "w")
 Profile = ArrayLike | Callable[[Array], ArrayLike]
@@ -196,12 +200,11 @@ def straight(mesh: Mesh, rest: Array) -> tuple[Array, Array]:
 
 
 def at_start(
-    mesh: Mesh, laws: Sequence[CableLaw], rest: Array, start: Start, holding: float = 0.0
+    mesh: Mesh, laws: Sequence[CableLaw], rest: "Rest", start: Start, holding: float = 0.0
 ) -> tuple[Array, Array, Array, Array]:
     """Displacements and velocities at t = 0 of the nodes, (3, nodes), and of the coordinates, (n,).
 
-    ``rest``: displacements where the coordinates are 0, (3, nodes) [m]; ``holding``: torque that has held the
-    drive pulley of a loop or a line there [N m].
+    ``holding``: torque that has held the drive pulley of a loop or a line at rest [N m].
     Raises `InputRefused` if the start does not fit the machine, gravity would turn a free pulley, or spans of
     a loop or a line would start slack though they may not go slack; `NotComputed` if they may, but would have
     to push at rest.
@@ -214,9 +217,7 @@ def at_start(
             for turn, load in ((start.drive_angle, start.load_angle), (start.drive_speed, start.load_speed))
         )
     q, q_t = by_name(mesh.names, places, "places"), by_name(mesh.names, speeds, "speeds")
-    begun, turned = rest, np.zeros_like(q)
-    if mesh.whole and not start.from_equilibrium:
-        begun, turned = straight(mesh, rest)
+    begun, turned = (rest.x, 0.0 * q) if start.from_equilibrium else (rest.counted, rest.turned)
     x = begun + following(mesh, mesh.ends @ q) + plucked(mesh.spans, start.plucks, lengths=True)
     x_t, q = following(mesh, mesh.ends @ q_t) + plucked(mesh.spans, start.kicks), q + turned
     if not mesh.whole:

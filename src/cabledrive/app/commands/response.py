@@ -137,7 +137,7 @@ def response_of_machine(
 ) -> Answer:
     """The response of a machine about where it hangs; ``below`` [Hz]; ``speed``: of the motion's speed."""
     from cabledrive.mechanics.holding import motor_condition
-    from cabledrive.mechanics.network import machine_response, network_of
+    from cabledrive.mechanics.network import network_of, responses
     from cabledrive.modal import natural_frequencies
     from cabledrive.modal.ranges import route_range_warnings
 
@@ -149,11 +149,11 @@ def response_of_machine(
     motion_of = motion_of or force_on
     top = 3.0 * float(natural_frequencies(drive, count=1)[0]) if below is None else below
     frequency = top * np.geomspace(_FIRST, 1.0, LINES)
-    found = machine_response(drive, frequency, force_on, motion_of)
+    every = responses(drive, frequency, (force_on, motion_of))
+    found = every[:, 1, 0]
     # Round-off beside what each of both coordinates moves under its own force?
-    ends = (force_on, motion_of) if force_on != motion_of else ()
-    own = [np.abs(machine_response(drive, frequency, name, name)) for name in ends]
-    still = bool(own) and bool((np.abs(found) <= ROUND_OFF * np.sqrt(own[0] * own[1])).all())
+    own = np.sqrt(np.abs(every[:, 0, 0] * every[:, 1, 1]))
+    still = bool((np.abs(found) <= ROUND_OFF * own).all())
     if speed:
         found = 2j * np.pi * frequency * found
     parts: tuple[Any, ...] = (*drive.body, *drive.pulley, *drive.motor)

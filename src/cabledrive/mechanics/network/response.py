@@ -10,6 +10,8 @@ with its direction t and tension T at rest, taken from end to end by products of
 (Magnus); exact in the waves, so that steps follow the change of direction and tension alone.
 """
 
+from collections.abc import Sequence
+from itertools import compress
 from math import sqrt
 from typing import Any
 
@@ -41,14 +43,15 @@ def network_response(
 ) -> Complex:
     r"""Motion of outputs per unit force, :math:`B D(\omega)^{-1} f` with the dynamic stiffness D, Eq. (N.7).
 
-    ``omega``, shape (p,): [rad/s], above 0; ``force``, shape (n,): on the coordinates; ``output``, shape
-    (k, n): rows; ``loss_factor``: in place of all damping of the file, of every stiffness; ``hanging``: as of
-    `dynamic_stiffness`.
-    Returns shape (p, k). Raises `NotComputed` where a frequency is one of an undamped mode.
+    ``omega``, shape (p,): [rad/s], above 0; ``force``, shape (n,) or (n, f): on the coordinates; ``output``,
+    shape (k, n): rows; ``loss_factor``: in place of all damping of the file, of every stiffness;
+    ``hanging``: as of `dynamic_stiffness`.
+    Returns shape (p, k) or (p, k, f). Raises `NotComputed` where a frequency is one of an undamped mode.
     """
     # K (1 + i eta) - w^2 M is (1 + i eta) times the undamped one at w / sqrt(1 + i eta)
     scale = 1.0 if loss_factor is None else 1.0 + 1j * loss_factor
-    found = np.empty((omega.size, output.shape[0]), dtype=np.complex128)
+    forces = force.astype(np.complex128).reshape(len(force), -1)
+    found = np.empty((omega.size, output.shape[0], forces.shape[1]), dtype=np.complex128)
     together = max(1, TOGETHER // max(1, network.start.size))
     for first in range(0, omega.size, together):
         here = slice(first, first + together)
@@ -56,13 +59,13 @@ def network_response(
             network, omega[here] / np.sqrt(scale), damped=loss_factor is None, hanging=hanging
         )
         try:
-            found[here] = np.linalg.solve(stiffness, force.astype(np.complex128)[:, None])[..., 0] @ output.T
+            found[here] = output @ np.linalg.solve(stiffness, forces)
         except np.linalg.LinAlgError:
             w = omega[here][np.argmin(np.abs(np.linalg.det(stiffness)))]
             raise NotComputed(
                 f"{w / (2 * np.pi):.9g} Hz is a natural frequency without damping: give the machine damping"
             ) from None
-    return found
+    return found[..., 0] if force.ndim == 1 else found
 
 
 def dynamic_stiffness(
@@ -72,8 +75,8 @@ def dynamic_stiffness(
 
     ``hanging``: about where ropes hang, else as if each were straight under an even tension.
     """
-    hung = [p for p in network.pieces if hanging and any(p.rest.load) and not p.route.speed]
-    taut = np.repeat([not any(p is own for own in hung) for p in network.pieces], 3)
+    hangs = [hanging and any(p.rest.load) and not p.route.speed for p in network.pieces]
+    taut = np.repeat(np.logical_not(hangs), 3)
     w = np.asarray(omega, dtype=np.complex128)[..., None]
     impedance, time = network.impedance, network.time
     if damped:  # of a rope that runs without damping
@@ -95,7 +98,7 @@ def dynamic_stiffness(
     total = total + network.start.T @ (edge * network.start) + network.end.T @ (edge * network.end)
     w = w[..., None]
     total = w * total
-    for piece in hung:
+    for piece in compress(network.pieces, hangs):
         ends = [(*piece.moves(start), piece.rows[OUT_OF_PLANE][not start]) for start in (True, False)]
         rows = network.motion.dense(*(row for u, w_row, v in ends for row in (u, v, w_row)))
         total = total + piece.route.ropes * rows.T @ hung_stiffness(piece, w[..., 0, 0], damped=damped) @ rows
@@ -139,21 +142,22 @@ def hung_stiffness(piece: Piece, omega: Complex, *, damped: bool) -> Complex:
     return np.asarray(unit * np.concatenate([top, below], axis=-2))
 
 
-def machine_response(
-    drive: RoutedDrive, frequency: Array, force_on: str, motion_of: str, *, motor: str | None = None
+def responses(
+    drive: RoutedDrive, frequency: Array, names: Sequence[str], *, motor: str | None = None
 ) -> Complex:
-    """Motion of one coordinate of a machine with routes per force or torque on another, with its own damping.
+    """Motions of coordinates of a machine with routes per force or torque on each, with its own damping.
 
-    ``frequency``, (p,): [Hz], above 0; ``force_on``, ``motion_of``: coordinates, "head.x", "arm.turn", the
-    name of a pulley, of a motor's pulley its rotor; ``motor``: as of `network_of`.
-    Returns (p,) [m/N], [rad/N m] or between them; Coulomb friction is left out. Raises `InputRefused` if
-    there is no such coordinate or a frequency is not above 0, `NotComputed` at that of an undamped mode.
+    ``frequency``, (p,): [Hz], above 0; ``names``: of k coordinates, "head.x", "arm.turn", the name of a
+    pulley, of a motor's pulley its rotor; ``motor``: as of `network_of`.
+    Returns (p, k, k), motions before forces [m/N], [rad/N m] or between them; Coulomb friction is left out.
+    Raises `InputRefused` if there is no such coordinate or a frequency is not above 0, `NotComputed` at that
+    of an undamped mode.
     """
     if not (np.all(np.isfinite(frequency)) and np.all(frequency > 0.0)):
         raise InputRefused("frequency must be finite and above 0 Hz at every line")
     network = network_of(drive, motor=motor)
-    force, output = network.motion.dense(*(_coordinate(network, name) for name in (force_on, motion_of)))
-    return network_response(network, 2.0 * np.pi * frequency, force, output[None, :], hanging=True)[:, 0]
+    rows = network.motion.dense(*(_coordinate(network, name) for name in names))
+    return network_response(network, 2.0 * np.pi * frequency, rows.T, rows, hanging=True)
 
 
 def _coordinate(network: Network, name: str) -> str:

@@ -27,7 +27,7 @@ from cabledrive.simulation.plan import (
     numbers_of_runs,
     rows_of_ends,
 )
-from cabledrive.simulation.start import Scheme, probed
+from cabledrive.simulation.start import Scheme, probed, straight
 
 
 def rubbing_of(network: Network, wraps: Sequence[Wrap]) -> tuple[Array, Array, Integers, Array]:
@@ -55,7 +55,8 @@ class Rest(NamedTuple):
     """A divided network where its coordinates are 0: at rest, its ropes hanging."""
 
     x: Array  # (3, nodes): displacements u, v, w of the nodes, from the straight line of each piece [m]
-    counted: Array  # (3, nodes): those from which records count [m]
+    counted: Array  # (3, nodes): those from which records count, of loops and lines of straight spans [m]
+    turned: Array  # (n,): coordinates there
     weight: Array  # (2, nodes): of the nodes of one rope, along and across [N]
     given: Array  # (n,): on the coordinates, what balances the ropes
     energy: float  # of ropes and their weight, above that of the straight lines [J]
@@ -78,7 +79,7 @@ def hanging_gradients(law: CableLaw, along: Array, across: Array) -> tuple[Array
 
 
 def rest_of(mesh: Mesh, laws: Sequence[CableLaw], g: Array) -> Rest:
-    """How the ropes hang, and count from there.
+    """How the ropes hang, and from where records count.
 
     ``laws``: of each piece; ``g``, (2,): gravity in the plane of the machine [m/s^2].
     """
@@ -96,7 +97,8 @@ def rest_of(mesh: Mesh, laws: Sequence[CableLaw], g: Array) -> Rest:
         force += mesh.ropes[k] * (pulls[:, 0] @ mesh.ends[k, 0] - pulls[:, -1] @ mesh.ends[k, 1])
         stored = h @ law.energy_density(u_x, 0.0 * w_x, w_x)
         energy += mesh.ropes[k] * (stored - np.sum(weight[:, first:last] * x[::2, first:last]))
-    return Rest(x, x, weight, -force, float(energy))
+    counted, turned = straight(mesh, x) if mesh.whole else (x, np.zeros_like(force))
+    return Rest(x, counted, turned, weight, -force, float(energy))
 
 
 MOST_OFF, MOST_PASSED, MOST_ASIDE = 0.01, 0.1, 1e-4
