@@ -15,10 +15,11 @@ from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.mesh import gradients, mesh_of, weights_of
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.spans import transverse_chains
+from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 from cabledrive.simulation import Scheme, Start
 from cabledrive.simulation.network.mesh import rest_of
 from network_samples import hanging_drive

@@ -9,15 +9,18 @@ from scipy.integrate import solve_ivp
 import cabledrive as cd
 from cabledrive.control.observers import FlankLaw
 from cabledrive.parameters import load_drive
+from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act
 from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, PairNumbers
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers, linear_step
+from cabledrive.rig.closed_loop.drawn_machine import machine_like
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.loop_kernels import new_plant_state, plant_step, see_chain, sense_pair
 from cabledrive.rig.front_door import own_law
-from cabledrive.rig.laws.controllers import DesignSpec
-from cabledrive.rig.plant_samples import over, sampled_loops
+from cabledrive.rig.laws.controllers import DesignSpec, plant_chain
+from cabledrive.rig.plant_samples import over, sampled_chain, sampled_loops
 from control_chains import INTERVAL, model, row_of, states_of
 from oracles.readable_plant import ReadablePlant
 from rig_runs import loop_of, track
@@ -204,6 +207,48 @@ def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
     later, least = len(result.time) - len(row.time), result.tensions.min() / DRIVE.cable.pretension
     measured(f"ends {1e3 * (result.time[-1] - row.time[-1]):.1f} ms after the row, at {100 * least:.2f} %")
     assert 0 < later < 50
+
+
+def test_a_law_runs_on_the_ropes_of_a_loop_as_on_those_of_the_same_machine_with_routes(measured):
+    """Spans that are cut elsewhere, coordinates of other names and order, angles of the other sense."""
+    loop = replace(DRIVE, lumped=None)
+    routes = replace(as_machine(loop), sensors=loop.sensors)
+    runs = [on_cable("pd", plant_drive=plant) for plant in (loop, routes)]
+    off = max(np.abs(runs[0].angles[:, k] - runs[1].angles[:, k]).max() for k in range(3))
+    measured(f"angles {off:.1e} rad apart")
+    assert off < 1e-12
+    # the spans, which hang alike but for the sense, change places
+    np.testing.assert_allclose(np.sort(runs[0].tensions), np.sort(runs[1].tensions), atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["corexy", "capstan-arm", "finger-tendon", "printer-idlers"])
+def test_a_drawn_machine_has_the_drawn_chain(name):
+    """The chain comes from its certified modes: stiffness and damping follow EA to first order."""
+    drive, rng = as_axis(load_drive(name)), np.random.default_rng(11)
+    usual = plant_chain(drive, None)
+    for _ in range(2):
+        wanted = sampled_chain(usual, rng)
+        rough = tuple(one + 0.3 * rng.random() * max(wanted.coulomb) for one in wanted.coulomb)
+        wanted = replace(wanted, coulomb=rough)
+        found = plant_chain(as_axis(machine_like(drive, wanted), drive.axis.load), None)
+        for key, tolerance in (("inertias", 1e-4), ("coulomb", 1e-9), ("viscous", 1e-9)):
+            scale = max(np.abs(getattr(wanted, key)).max(), 1e-12)
+            np.testing.assert_allclose(getattr(found, key), getattr(wanted, key), atol=tolerance * scale)
+        np.testing.assert_allclose(found.stiffness, wanted.stiffness, rtol=3e-3)
+        np.testing.assert_allclose(found.damping, wanted.damping, rtol=3e-3)
+
+
+def test_idlers_that_rub_hold_back_a_load_on_ropes_more_than_in_its_chain(measured):
+    arm, peaks = load_drive("capstan-arm"), []
+    smooth = [replace(own, coulomb_friction=0.0) for own in arm.pulley]
+    free = replace(arm, pulley=tuple(smooth), motor=(replace(arm.motor[0], coulomb_friction=0.0),))
+    for drive in (arm, free):
+        for plant in (None, "cable"):
+            found = cd.track(drive, controller="pd", plant=plant, options=IDEAL).summary
+            peaks.append(found["peak_error_deg"])
+    measured(", ".join(f"{peak:.5f}" for peak in peaks) + " deg: chain and ropes, then without friction")
+    assert peaks[1] > 1.1 * peaks[0]
+    assert peaks[3] == pytest.approx(peaks[2], rel=0.03)
 
 
 # --- Parts of the loop that few runs enter

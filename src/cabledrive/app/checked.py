@@ -9,8 +9,9 @@ from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal.lowest import DERIVED, LOWEST
 from cabledrive.parameters import content_hash
+from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import SENSE, as_machine
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import table_text
 from cabledrive.report.machine.data import data_sheet, derived_table, stated_wraps
 from cabledrive.report.machine.tables import ALONG, margins_data, margins_tables

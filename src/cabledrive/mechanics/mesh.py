@@ -26,9 +26,10 @@ from cabledrive.mechanics.network.pieces import Piece, carriage_at
 from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.rest import loop_statics
 from cabledrive.parameters.arrays import Array, Integers
+from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine, two_pulleys
+from cabledrive.parameters.route.two_pulleys import NAMES, as_machine, two_pulleys
 
 FEWEST_SEGMENTS = 3
 MOST_SEGMENTS = 1_000_000

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from cabledrive.parameters.route.drive import Machine
 
 PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
+SENSE = -1.0
+"""Turn of a pulley of a machine with routes per turn of that of a loop, which is counted as the rope runs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +81,7 @@ class Drive(MachineBase):
     @property
     def axis(self) -> Axis:
         """The axis that its motor moves: of a machine with routes, or its own load pulley."""
-        return self.chain_of or Axis(machine=self, words={"motors": {"drive pulley": 1.0}})
+        return self.chain_of or Axis(machine=self, gain=SENSE, words={"motors": {"drive pulley": SENSE}})
 
     @cached_property
     def span_length(self) -> float:

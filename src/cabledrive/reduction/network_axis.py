@@ -220,10 +220,13 @@ def slack_torque(chain: NetworkChain) -> float:
     return float(1.0 / np.max(np.abs(network.pull @ motion) / network.lowest_tension))
 
 
-def motor_turn(network: Network, motors: dict[str, float]) -> Array:
-    """Row of the motor angle of an axis, the mean of its motors', shape (n,); ``motors``: sign by pulley."""
-    names = [pulley.name for pulley in network.drive.pulley]
-    turns = (sign * rotor_turn(network.motion, names.index(name)) for name, sign in motors.items())
+def motor_turn(network: Network, motors: dict[str, float], *, rotors: bool = True) -> Array:
+    """Row of the motor angle of an axis, shape (n,): the mean of its motors', or of the pulleys they drive.
+
+    ``motors``: sign by pulley.
+    """
+    names, turn = [pulley.name for pulley in network.drive.pulley], rotor_turn if rotors else relative_turn
+    turns = (sign * turn(network.motion, names.index(name)) for name, sign in motors.items())
     return np.asarray(network.motion.dense(*turns).mean(axis=0))
 
 

@@ -144,8 +144,11 @@ def track(
     if options.pair:
         drive, plant_drive = doubled(drive), None if plant_drive is None else doubled(plant_drive)
     actual = plant_drive or drive
-    if actual.chain_of and not options.forbid_slack:
-        raise InputRefused("a lumped chain of routes ends where a span goes slack: leave --tension-only out")
+    if actual.chain_of and plant != CABLE and not options.forbid_slack:
+        raise InputRefused(
+            "a lumped chain of routes ends where a span goes slack: leave --tension-only out, or take "
+            "--plant cable"
+        )
     if gains not in GAINS:
         raise InputRefused(f"gains = {gains!r} is not known: take best or dissertation")
     file = read_controller(controller) if is_controller_path(controller) else None

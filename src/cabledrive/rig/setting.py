@@ -11,6 +11,7 @@ import numpy as np
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import check_fields, choice, described, meaning, nearest, quantity
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.parameters.units import to_si
 from cabledrive.trajectories import Trajectory, pulse
 
@@ -369,7 +370,9 @@ def check_run(
     if not cable and options.segments != RigOptions().segments:
         raise InputRefused(f"segments = {options.segments} divide the cable as plant: leave them out")
     if cable:  # by the steps that a wave along it asks for
-        per_second = drive.cable.axial_wave_speed / drive.pulley_distance
+        machine = as_machine(drive.axis.machine)
+        speed = max(sqrt(rope.axial_rigidity / rope.density) for rope in machine.ropes)
+        per_second = speed / max(span.length for span in machine.free_spans)
         most = int(sqrt(MOST_SEGMENT_STEPS / (2.0 * duration * per_second)))
         if options.segments > most:
             raise InputRefused(

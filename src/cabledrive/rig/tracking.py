@@ -59,8 +59,8 @@ class Tracking(Result):
     encoder_angles: Array = meaning("(samples, m): the same at each encoder's own shaft [rad]")
     stuck: Array = meaning("(samples,): whether the motor stood still by friction")
     tensions: Array | None = meaning(
-        "(samples, 2): mean tension of upper and lower span, without damping, or tension of both lines [N]; "
-        "None without a flexible cable"
+        "(samples, spans): mean tension of upper and lower span, of an axis of routes of each piece of rope, "
+        "without damping, or tension of both lines [N]; None without a flexible cable"
     )
     bound: Array | None = meaning("(samples,): the tube of the theorem for the error [rad]")
     incomplete: str | None = meaning("why the run ended early, of a body also what was not kept")

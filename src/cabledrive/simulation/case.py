@@ -14,10 +14,10 @@ from cabledrive.mechanics.mesh import SHAFTS, mesh_of, turns_of
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gravity
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.parameters.cable import Cable
-from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive import SENSE, Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import NAMES, SENSE, as_machine, two_pulleys
+from cabledrive.parameters.route.two_pulleys import NAMES, as_machine, two_pulleys
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL,

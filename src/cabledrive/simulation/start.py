@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import SHAFTS, Divided, Mesh, gradients
+from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
-from cabledrive.parameters.route.two_pulleys import NAMES, SENSE
+from cabledrive.parameters.route.two_pulleys import NAMES
 
 if TYPE_CHECKING:
     from cabledrive.simulation.network.mesh import Rest

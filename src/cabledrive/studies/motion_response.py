@@ -14,8 +14,9 @@ from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal import Mode
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.route import Machine, posed
-from cabledrive.parameters.route.two_pulleys import SENSE, as_machine
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction.stretches import StretchModel
 from cabledrive.reduction.waves import Waves, waves_of

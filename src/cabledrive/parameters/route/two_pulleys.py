@@ -17,8 +17,6 @@ from cabledrive.parameters.route.parts import (
 )
 
 NAMES = ("drive pulley", "load pulley")
-SENSE = -1.0
-"""Turn of a pulley of `as_machine` per turn of that of the loop, which is counted as the rope runs."""
 
 
 def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) -> RoutedDrive:

@@ -12,7 +12,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig import setting
-from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, drive_like, run_cable
+from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, run_cable
 from cabledrive.rig.closed_loop.chain_kernels import (
     SUMMARY,
     ChainPlant,
@@ -29,6 +29,7 @@ from cabledrive.rig.closed_loop.chain_plant import (
     pair_numbers,
     pair_plant,
 )
+from cabledrive.rig.closed_loop.drawn_machine import machine_like
 from cabledrive.rig.closed_loop.loop_kernels import run_loop
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, run_users, user_plant
 from cabledrive.rig.laws import controllers
@@ -86,7 +87,7 @@ class Run:
     ended: int  # sample at which it ended
     state: LoopState
     log: Array  # (samples or 0, columns)
-    # (samples, 2): mean tension of upper and lower span, where the distributed cable was the plant [N]
+    # (samples, pieces): mean tension of each span, or part of it, of the distributed cable as plant [N]
     tensions: Array | None = None
     # (samples, 6): of a pair of motors: torques of both flanks, of both motors, of both flanks as observed
     # [N m]
@@ -224,7 +225,8 @@ def run(
     # States, readings, command, slip, sigma, estimates, regressor, states of the law.
     width = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3 + 2 * ESTIMATES + len(loop.observer.chosen)
     kept = np.zeros((samples if log else 0, width))
-    plain, tensions, borne = why_plain(), np.zeros((len(kept), 2)), np.zeros((len(kept), 6))
+    pieces = 0 if loop.cable is None else len(loop.cable.case.mesh.pieces)
+    plain, tensions, borne = why_plain(), np.zeros((len(kept), pieces)), np.zeros((len(kept), 6))
     cable = None if loop.cable is None else cable_run(loop.cable, state, tensions)
     made, span = loop.control, (first, end)
     made = made._replace(pair=made.pair._replace(record=borne))
@@ -256,9 +258,8 @@ def with_plant(loop: Loop, chain: LumpedChain, play: float | None = None) -> Loo
     plant = chain_numbers(chain, interval, loop.spec.options, rate=rate, links=links, field=field)
     cable = loop.cable
     if cable is not None:
-        cable = cable_plant(
-            drive_like(cable.drive, chain), chain, interval, loop.spec.options, measured=False
-        )
+        like = machine_like(cable.drive, chain)
+        cable = cable_plant(cable.drive, chain, interval, loop.spec.options, like)
     return replace(loop, cable=cable, chain=chain, plant=plant, slack=slack)
 
 

@@ -177,8 +177,6 @@ class Plant:
     @property
     def no_cable(self) -> str:
         """Why there are no plants on the distributed cable."""
-        if self.drive.chain_of:
-            return "the lumped chain of an axis is run, its machine's spans are in the network of `simulate`"
         if self.drive.kind != "loop":
             return "the cable plant is a loop round two pulleys, this drive is a line"
         if self.known is not None and "slip_torque" in self.known.quantities:
