@@ -42,8 +42,10 @@ def hung(drive, mesh, law):
 
 
 def weighed(drive, mesh):
-    """Weights of the nodes and on the coordinates."""
-    return weights_of(mesh, gravity(as_machine(drive)))
+    """Weights of the nodes, and those of the ends on the coordinates."""
+    g = gravity(as_machine(drive))
+    frames = np.array([(own[0].where.along, own[0].where.across) for own in mesh.parts])
+    return weights_of(mesh, g), np.einsum("ks,kx,ksxn->n", mesh.half, frames @ g, mesh.ends[:, :, ::2])
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -60,6 +60,30 @@ def test_a_hanging_cabin_rings_at_the_modes_about_its_catenary(irvine, measured)
     assert limit < 1e-6, limit
 
 
+@pytest.mark.parametrize("wrap", [None, 1.2])
+def test_a_loop_slips_on_its_pulleys_as_the_route_that_it_is(wrap, measured):
+    """A drive pulley that swings a heavy load: both wraps slide, by the angle of wrap that the file gives."""
+    drive = cd.load_drive("dissertation-2")
+    near, far = (replace(own, capstan_friction=0.05, wrap_angle=wrap) for own in drive.pulley)
+    drive = replace(drive, pulley=(near, replace(far, inertia=2e-3)))
+    machine = as_machine(drive, turned=True)
+    if wrap:  # of a machine with routes it follows from the way of its rope
+        less = [replace(own, capstan_friction=0.05 * wrap / np.pi) for own in machine.pulley]
+        machine = replace(machine, pulley=tuple(less))
+    scheme = Scheme(segments=24, slack="tension-only")
+    torque, start = Sine(amplitude=0.3, frequency=8.0), Start(from_equilibrium=True, hold="drive")
+    loop = cd.simulate(drive, 0.3, torque=torque, scheme=scheme, start=start)
+    pushed = {"drive pulley": Sine(amplitude=-0.3, frequency=8.0)}
+    found = cd.simulate(machine, 0.3, torque=pushed, scheme=scheme)
+    slips = [np.abs(found.channel(f"slip at {name} pulley")).max() for name in ("drive", "load")]
+    off = np.abs(loop.load_angle + found.channel("load pulley")).max() / np.abs(loop.load_angle).max()
+    measured(f"slip {1e3 * slips[0]:.1f} and {1e3 * slips[1]:.1f} mm, {off:.1e} apart")
+    assert min(slips) > 1e-3
+    assert off < 1e-8
+    assert max(loop.energy_budget_error, found.energy_budget_error) < 1e-10
+    assert sum(words.startswith("slip at") for words in loop.assumptions) == 2
+
+
 @pytest.mark.parametrize("irvine, slope", [(0.0, 0.0), (1.0, 20.0), (30.0, 0.0), (30.0, 20.0)])
 @pytest.mark.parametrize("kind, cabin, far", [("loop", True, 0.1), ("line", False, 0.1), ("loop", True, 2.0)])
 def test_a_loop_or_a_line_moves_as_the_route_that_it_is(kind, cabin, far, irvine, slope, measured):

@@ -315,11 +315,3 @@ def test_a_run_says_what_the_file_states_and_it_leaves_out(run):
     bent = replace(STIFF.cable, bending_stiffness=1e-4)
     stated = run(replace(smooth, cable=bent, motor=replace(motor, backlash=1e-3)), 1e-3)
     assert ["0.0001 N m^2" in stated.assumptions[0], "backlash" in stated.assumptions[1]] == [True, True]
-
-
-def test_a_run_says_that_the_cable_does_not_slip_where_the_file_has_its_friction():
-    scheme = Scheme(segments=6, slack="record")
-    said = [
-        simulate(load_drive(name), 1e-3, scheme=scheme).assumptions for name in ("elevator", "dissertation-2")
-    ]
-    assert ["slip" in " ".join(words) for words in said] == [True, False]

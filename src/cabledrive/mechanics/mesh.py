@@ -11,7 +11,7 @@ derivative of the sum, so that a law with a potential gives a conservative chain
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
-from math import exp
+from math import expm1
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +28,7 @@ from cabledrive.mechanics.rest import loop_statics
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import NAMES, as_machine, two_pulleys
 
 FEWEST_SEGMENTS = 3
@@ -48,20 +48,18 @@ class Wrap(NamedTuple):
     ropes: int
 
 
-def wraps_of(network: Network) -> tuple[Wrap, ...]:
-    """Wraps of all pulleys with a friction coefficient, those at the ends of a route left out."""
-    drive, found = network.drive, []
-    pieces = [piece.span for piece in network.pieces]
+def wraps_of(drive: RoutedDrive, pieces: list[int]) -> tuple[Wrap, ...]:
+    """Wraps of all pulleys with a friction coefficient, those at the ends of a route left out.
+
+    ``pieces``: number of the span of each piece of rope.
+    """
+    found = []
     for number, span in enumerate(drive.free_spans):
-        if span.wrap is None or span.end.pulley is None:
-            continue
-        pulley = drive.pulley[span.end.pulley]
-        if pulley.capstan_friction is None:
-            continue
-        before = len(pieces) - 1 - pieces[::-1].index(number)
-        factor = exp(pulley.capstan_friction * span.wrap) - 1.0
-        ropes = drive.route[span.route].ropes
-        found.append(Wrap(pulley.name, before, pieces.index(next_span(drive, number)), factor, ropes))
+        pulley = None if span.end.pulley is None else drive.pulley[span.end.pulley]
+        if pulley and pulley.capstan_friction and span.wrap is not None:
+            before, behind = len(pieces) - 1 - pieces[::-1].index(number), next_span(drive, number)
+            factor, ropes = expm1(pulley.capstan_friction * span.wrap), drive.route[span.route].ropes
+            found.append(Wrap(pulley.name, before, pieces.index(behind), factor, ropes))
     return tuple(found)
 
 
@@ -120,9 +118,9 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
     carriages are coordinates, and cut pieces under their mean tension at rest.
     """
     check_segments(segments, fewest=FEWEST_SEGMENTS if whole else 2)
-    drive, wraps = network.drive, () if whole else wraps_of(network)
     both = groupby(enumerate(network.pieces), key=lambda own: own[1].span if whole else own[0])
     parts = tuple(tuple(piece for _, piece in own) for _, own in both)
+    drive, wraps = network.drive, wraps_of(network.drive, [own[0].span for own in parts])
     ropes = [own[0].rope for own in parts]
     chord = np.array([sum(piece.length for piece in own) for own in parts])
     tension = np.array([0.5 * (own[0].start_tension + own[-1].end_tension) for own in parts])
@@ -161,7 +159,7 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
             ends[k, end, :, :moved] = network.motion.dense(u, piece.rows[OUT_OF_PLANE][end], w)
     for number, wrap in enumerate(wraps, start=moved):  # a rope that slips moves the ends on both its sides
         for k, end in ((wrap.before, 1), (wrap.behind, 0)):
-            ends[k, end, ::2, number] = network.pieces[k].direction(not end)
+            ends[k, end, ::2, number] = parts[k][-end].direction(not end)
     dampers, padded = network.dampers, (0, len(wraps))
     joint = np.array([name == MOTOR_JOINT for name in dampers.names], dtype=bool)
     shares = [dampers._replace(values=np.where(joint == own, dampers.values, 0.0)) for own in (False, True)]
@@ -211,7 +209,10 @@ def mesh_of(drive: Machine, segments: int) -> Mesh:
     rest = loop_statics(loop)
     carried = [Motion(machine).carriage_name(number) for number in range(len(machine.carriage))]
     mesh = divided(network_of(machine, hold=carried, statics=rest), segments, whole=True)
-    return replace(mesh, pieces=loop.spans, motor=SENSE * mesh.motor)
+    own = dict(zip(NAMES, loop.pulley, strict=True))
+    held = {name: (part.capstan_friction or 0.0) * (part.wrap_angle or 0.0) for name, part in own.items()}
+    wraps = [one._replace(factor=expm1(held[one.name]) or one.factor) for one in mesh.wraps]
+    return replace(mesh, pieces=loop.spans, motor=SENSE * mesh.motor, wraps=tuple(wraps))
 
 
 def turns_of(mesh: Mesh) -> Array:
@@ -228,21 +229,18 @@ def gradients(mesh: Mesh, displacement: Array) -> Components:
     return u_x, v_x, w_x
 
 
-def weights_of(mesh: Mesh, g: Array) -> tuple[Array, Array]:
-    """Weights of the nodes of one rope, (2, nodes), and of their ends on q, (n,), Eqs. (2.26) and (2.27) [N].
+def weights_of(mesh: Mesh, g: Array) -> Array:
+    """Weights of the nodes of one rope along and across, (2, nodes) [N], Eqs. (2.26) and (2.27).
 
-    Along and across; ``g``, (2,): gravity in the plane of the machine [m/s^2].
+    ``g``, (2,): gravity in the plane of the machine [m/s^2].
     """
-    weight, frames = (
-        np.zeros((2, mesh.size)),
-        [(own[0].where.along, own[0].where.across) for own in mesh.parts],
-    )
-    pull = np.array(frames) @ g
+    weight = np.zeros((2, mesh.size))
+    pull = np.array([(own[0].where.along, own[0].where.across) for own in mesh.parts]) @ g
     pull[np.abs(pull) <= 1e-12 * np.abs(pull).max()] = 0.0
     for own, (first, last) in zip(pull, mesh.nodes, strict=True):
         weight[:, first:last] = np.outer(own, (mesh.cells + mesh.carried)[first:last])
     weight[1] *= mesh.sways  # a rail bears what is guided
-    return weight, np.einsum("ks,kx,ksxn->n", mesh.half, pull, mesh.ends[:, :, ::2])
+    return weight
 
 
 def piece_names(network: Network) -> tuple[str, ...]:

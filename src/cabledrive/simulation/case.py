@@ -74,7 +74,8 @@ class LoopCase(RopeRun):
             for axis in range(3):
                 moves = 0.5 * (q_t @ mesh.ends[span, :, axis].T) ** 2 @ mesh.half[span]
                 rows[:, AXIAL + span + 2 * (axis > 0)] += moves
-        shafts, inertias = COLUMN["drive_energy"], np.diag(turns @ mesh.network.masses.matrix @ turns.T)
+        bodies = np.pad(mesh.network.masses.matrix, (0, len(mesh.wraps)))
+        shafts, inertias = COLUMN["drive_energy"], np.diag(turns @ bodies @ turns.T)
         apart = (1.0, 1.0, 1.0 * (SHAFTS[2] in mesh.names))  # a rotor on a rigid joint is the pulley's
         rows[:, shafts : shafts + 3] = 0.5 * inertias * apart * (q_t @ turns.T) ** 2
         weight = q @ plan.rest
@@ -91,7 +92,7 @@ class LoopCase(RopeRun):
         middles = zip(mesh.pieces, 0.5 * mesh.length, strict=True)
         columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
         estimate = estimated_errors(self, outcome, columns)
-        slips = any(pulley.capstan_friction is not None for pulley in self.machine.pulley)
+        reach = reached(outcome.state)
         handled = 0.0
         if len(rows):  # what it started with above the energy at rest, and the work done on it
             start = (
@@ -111,8 +112,12 @@ class LoopCase(RopeRun):
             error_estimate=estimate and ErrorEstimate(segments=estimate[0], **estimate[1]),
             assumptions=(
                 *neglected([self.machine.cable], self.machine.motors),
-                *["the cable does not slip on its pulleys: capstan_friction is left out"][:slips],
-                *passed_words(mesh, np.abs(reached(outcome.state)).max(axis=0)),
+                *(
+                    f"{name}: {low:.3g} to {high:.3g} m"
+                    for name, (low, high) in zip(mesh.names, reach.T, strict=True)
+                    if name.startswith("slip") and low < high
+                ),
+                *passed_words(mesh, np.abs(reach).max(axis=0)),
             ),
             provenance=self.provenance(
                 {

@@ -15,6 +15,7 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.mesh import Mesh, Wrap, weights_of
 from cabledrive.mechanics.network import Network
+from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.rest_forces import MOST_STEPS
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import NotComputed
@@ -30,23 +31,25 @@ from cabledrive.simulation.plan import (
 from cabledrive.simulation.start import Scheme, probed, straight
 
 
-def rubbing_of(network: Network, wraps: Sequence[Wrap]) -> tuple[Array, Array, Integers, Array]:
+def rubbing_of(
+    network: Network, wraps: Sequence[Wrap] = (), parts: Sequence[Sequence[Piece]] = ()
+) -> tuple[Array, Array, Integers, Array]:
     """All Coulomb friction.
 
     Returns rows (k, n): speed of what rubs per speed of the coordinates; largest friction (k,) [N], [N m], of
     a wrap per tension of its slacker side; pieces (k, 2) before and behind a wrap, -1 elsewhere; difference
     (n,) of the tensions at rest on both sides of a wrap, which its friction holds [N].
     """
-    moved, parts = len(network.motion.names), dict[tuple[float, ...], float]()
+    moved, shared = len(network.motion.names), dict[tuple[float, ...], float]()
     for row, value in zip(network.rubs.dense.tolist(), network.rubs.values.tolist(), strict=True):
-        parts[tuple(row)] = parts.get(tuple(row), 0.0) + value
-    first, n = len(parts), moved + len(wraps)
+        shared[tuple(row)] = shared.get(tuple(row), 0.0) + value
+    first, n = len(shared), moved + len(wraps)
     rows, rest = np.zeros((first + len(wraps), n)), np.zeros(n)
-    rows[:first, :moved], rows[first:, moved:] = np.array([*parts]).reshape(first, moved), np.eye(len(wraps))
+    rows[:first, :moved], rows[first:, moved:] = np.array([*shared]).reshape(first, moved), np.eye(len(wraps))
     for number, wrap in enumerate(wraps, start=moved):
-        before, behind = network.pieces[wrap.before], network.pieces[wrap.behind]
+        before, behind = parts[wrap.before][-1], parts[wrap.behind][0]
         rest[number] = wrap.ropes * (behind.start_tension - before.end_tension)
-    bound = np.append([*parts.values()], [wrap.ropes * wrap.factor for wrap in wraps])
+    bound = np.append([*shared.values()], [wrap.ropes * wrap.factor for wrap in wraps])
     beside = [(-1, -1)] * first + [(wrap.before, wrap.behind) for wrap in wraps]
     return rows, bound, np.array(beside, dtype=np.int64).reshape(-1, 2), rest
 
@@ -83,7 +86,7 @@ def rest_of(mesh: Mesh, laws: Sequence[CableLaw], g: Array) -> Rest:
 
     ``laws``: of each piece; ``g``, (2,): gravity in the plane of the machine [m/s^2].
     """
-    x, weight = np.zeros((3, mesh.size)), weights_of(mesh, g)[0]
+    x, weight = np.zeros((3, mesh.size)), weights_of(mesh, g)
     force, energy = np.zeros(len(mesh.names)), 0.0
     for k, (law, (first, last)) in enumerate(zip(map(taut_law, laws), mesh.nodes.tolist(), strict=True)):
         h = mesh.spacing[first:last]
@@ -167,7 +170,7 @@ def network_plan(
     """
     segment, node = tables_of(mesh, rest.weight, step)
     made = eliminated(mesh.nodes, segment[at.COMPLIANCE], node[at.KICK_U], mesh.ropes, mesh.ends[:, :, 0])
-    rub, bound, wrap, held = rubbing_of(mesh.network, mesh.wraps)
+    rub, bound, wrap, held = rubbing_of(mesh.network, mesh.wraps, mesh.parts)
     probe = probed(mesh.spans, [*zip(mesh.pieces, 0.5 * mesh.length, strict=True), *probes])
     before, share = probe[:, 0].astype(np.int64), probe[:, 1]
     places = (1.0 - share) * rest.counted[:, before] + share * rest.counted[:, before + 1]

@@ -157,7 +157,7 @@ def _plan(
         if motion.body_of(ends[s][side]) is not None:
             said = f'kind = "route", travel: the drum {ends[s][side].name} rides on a body'
             raise InputRefused(f"{said}, whose mass would change: put it on the ground")
-    rub, bound, wrap, _ = rubbing_of(network, [])
+    rub, bound, wrap, _ = rubbing_of(network)
     frictions = bound.size
     plan = TravelPlan(
         step=step,
