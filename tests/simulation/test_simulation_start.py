@@ -315,3 +315,10 @@ def test_a_run_says_what_the_file_states_and_it_leaves_out(run):
     bent = replace(STIFF.cable, bending_stiffness=1e-4)
     stated = run(replace(smooth, cable=bent, motor=replace(motor, backlash=1e-3)), 1e-3)
     assert ["0.0001 N m^2" in stated.assumptions[0], "backlash" in stated.assumptions[1]] == [True, True]
+
+
+def test_the_fast_model_says_that_its_cable_does_not_slip():
+    wrapped = [replace(own, coulomb_friction=0.0, capstan_friction=0.1) for own in STIFF.pulley]
+    drive = replace(STIFF, motor=replace(STIFF.motor, coulomb_friction=0.0), pulley=wrapped)
+    said = [" ".join(run(drive, 1e-3).assumptions) for run in (simulate_fast, simulate)]
+    assert ["does not slip" in words for words in said] == [True, False]

@@ -243,9 +243,10 @@ def cable_block(drive: Machine) -> Block:
         kernels["middle"] = (cable_middle, [frozen, state, _named("middles", spans)])
     calls = {name: program.root(kernel, values)[1] for name, (kernel, values) in kernels.items()}
     groups, variables, places = _variables(cable), list[Variable](), dict[str, int]()
-    left_out = list[str]()
+    left_out, machine = list[str](), as_machine(drive)
+    if any(part.capstan_friction for part in machine.pulley):
+        left_out.append("ropes do not slip: capstan_friction is left out")
     if not cable.sine:  # ropes are straight in the linear model
-        machine = as_machine(drive)
         rubbing: tuple[Any, ...] = (*machine.body, *machine.pulley, *machine.motor)
         if two_pulleys(drive) is not None:
             left_out.append(

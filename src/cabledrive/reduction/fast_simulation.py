@@ -115,7 +115,9 @@ def _result(
         energy_handled=float(handled),
         slack_events=events,
         extremes=extremes,
-        assumptions=neglected([drive.cable], drive.motors),
+        assumptions=neglected([drive.cable], drive.motors)
+        + ("the cable does not slip: capstan_friction is left out",)
+        * any(p.capstan_friction for p in drive.pulley),
         provenance={
             "cabledrive": __version__,
             "drive": drive.name,
