@@ -106,7 +106,7 @@ def test_a_loop_as_a_route_is_pushed_kicked_smoothed_and_estimated_as_the_loop(m
     measured(f"loop as a route with forces and a kick: largest relative difference {error:.1e}")
     assert error < 1e-9, error
     estimate = found.summary()["error_estimate"]["load pulley"]["error"]
-    assert estimate == pytest.approx(loop.error_estimate.load_angle.error, rel=0.05)
+    assert estimate == pytest.approx(loop.error_estimate["load_angle"]["error"], rel=0.05)
 
 
 @pytest.mark.kernel

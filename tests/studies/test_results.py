@@ -43,7 +43,7 @@ SMALL = {
     "ResonanceSummary": lambda: cd.resonance(LOOP),
     "ResonanceSummary of routes": lambda: cd.resonance(cd.load_drive("serpentine")),
     "SimulationResult": lambda: cd.simulate(LOOP, 1e-3),
-    "NetworkResult": lambda: cd.simulate(ROUTED, 1e-4),
+    "SimulationResult of routes": lambda: cd.simulate(ROUTED, 1e-4),
     "Tracking": lambda: cd.track(LOOP, controller="pd"),
     "Tracking of a body": lambda: cd.track(
         cd.load_drive("camera-winches"), motion=BodyMotion(moves={"camera.x": 1.0})

@@ -37,7 +37,7 @@ ANSWERS = {
     "response": ("app.identified:MEASURED", "app.identified:COMPUTED"),
     "sensitivity": ("campaign.results:INDICES", "campaign.results:EFFECTS"),
     "shaper": ("report.printer_tables:ANSWER", "report.printer_tables:PRINTER"),
-    "simulate": ("simulation.loop_result:LOOP", "simulation.result:NETWORK"),
+    "simulate": ("simulation.result:SIMULATED",),
     "study": ("report.study.results:STUDY", "report.study.results:WITHOUT_CHAIN"),
     "sway": ("app.maps:SWAYING",),
     "sweep": ("app.commands.sweep:SWEPT",),

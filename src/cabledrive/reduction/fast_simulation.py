@@ -23,7 +23,7 @@ from cabledrive.reduction.uniform_tension import (
 )
 from cabledrive.simulation import Recording, Signal, SimulationResult, SlackEvent, Start
 from cabledrive.simulation.case import released_torque
-from cabledrive.simulation.channels import COLUMN, WIDTH
+from cabledrive.simulation.channels import CHANNELS, COLUMN, WIDTH, displacements
 from cabledrive.simulation.keeping import MOST_MEMORY, RESULT, part_of
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.network.mesh import rest_of
@@ -96,11 +96,8 @@ def _result(
     handled = rows[0, COLUMN["balance"]] - at_rest + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
     # least and largest of the records, which are as dense as the step unless a rate was asked for
     angles = {shaft: rows[:, COLUMN[f"{shaft}_angle"]] for shaft in SHAFTS}
-    extremes = {f"{shaft}_angle_min": float(angle.min()) for shaft, angle in angles.items()}
-    extremes |= {f"{shaft}_angle_max": float(angle.max()) for shaft, angle in angles.items()}
-    for j, span in enumerate(SPANS):
-        for plane, column in (("v", 1), ("w", 2)):
-            extremes[f"{span}_{plane}_peak"] = float(np.max(np.abs(rows[:, WIDTH + 3 * j + column])))
+    extremes = {f"{shaft}_angle": (float(one.min()), float(one.max())) for shaft, one in angles.items()}
+    peaks = np.abs(rows[:, [WIDTH + 2, WIDTH + 5]]).max(axis=0)
     return SimulationResult(
         time=times,
         rows=rows,
@@ -108,7 +105,8 @@ def _result(
         field_time=np.empty(0),
         fields=np.empty((0, 3, 0)),
         spans=SPANS,
-        position=np.tile([0.0, 0.5 * length, length], (2, 1)),
+        channels=(*CHANNELS, *displacements(f"the middle of {span}" for span in SPANS)),
+        midpoint_peaks=dict(zip(SPANS, peaks.tolist(), strict=True)),
         steps=steps,
         step=step,
         largest_step=pi / max(model.natural.max(), model.transverse.max()),

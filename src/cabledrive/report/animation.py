@@ -60,7 +60,7 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
     def draw(one: Sheet, frame: int) -> str:
         _spokes(one, drawn, larger * turns[frame])
         for row, (span, colour) in enumerate(zip(drawn.spans, ("blue", "orange"), strict=False)):
-            at = result.position[row] / result.position[row, -1]
+            at = result.positions[row] / result.positions[row][-1]
             field = fields[frame, row * at.size :][: at.size]
             w = np.interp(np.linspace(0.0, 1.0, len(span.points)), at, field)
             one.line(*span.moved(pixels * w), colour=colour, width=2.0)

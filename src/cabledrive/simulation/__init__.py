@@ -1,9 +1,7 @@
 """The nonlinear cable loop in time, with an audit of its own error."""
 
-from cabledrive.simulation.error_estimate import ErrorEstimate
-from cabledrive.simulation.loop_result import SimulationResult
 from cabledrive.simulation.one_run import simulate
-from cabledrive.simulation.result import SlackEvent
+from cabledrive.simulation.result import SimulationResult, SlackEvent
 from cabledrive.simulation.run import SimulationInterrupted
 from cabledrive.simulation.signals import (
     CarriageForce,
@@ -20,7 +18,6 @@ from cabledrive.simulation.start import Pluck, Recording, Scheme, Start
 __all__ = [
     "CarriageForce",
     "Constant",
-    "ErrorEstimate",
     "FromFunction",
     "Multisine",
     "Pluck",

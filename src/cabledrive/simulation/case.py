@@ -26,10 +26,9 @@ from cabledrive.simulation.channels import (
     TALLIES,
     WEIGHT_ENERGY,
     WIDTH,
-    probe_columns,
+    displacements,
 )
-from cabledrive.simulation.error_estimate import ErrorEstimate, estimated_errors
-from cabledrive.simulation.loop_result import SimulationResult
+from cabledrive.simulation.error_estimate import estimated_errors
 from cabledrive.simulation.methods import check_method, largest_stable_step, time_grid
 from cabledrive.simulation.network.case import (
     NetworkCase,
@@ -40,9 +39,9 @@ from cabledrive.simulation.network.case import (
 )
 from cabledrive.simulation.network.mesh import network_plan, passed_words, rest_of
 from cabledrive.simulation.own_law import law_fingerprint
-from cabledrive.simulation.plan import State, new_state
+from cabledrive.simulation.plan import new_state
 from cabledrive.simulation.prepared import Outcome, RopeRun
-from cabledrive.simulation.result import neglected
+from cabledrive.simulation.result import SimulationResult, neglected
 from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start
 
@@ -52,11 +51,6 @@ class LoopCase(RopeRun):
     """A run of a loop or a line that has not begun."""
 
     machine: Drive
-
-    @property
-    def width(self) -> int:
-        """Numbers per record."""
-        return WIDTH + 3 * len(self.plan.probe)
 
     def columns(self, found: Array) -> Array:
         """The columns of a loop or a line, from what the kernels record; the half cells at rims are cable."""
@@ -87,13 +81,11 @@ class LoopCase(RopeRun):
 
     def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
-        rows, mesh, scheme = outcome.rows, self.mesh, self.scheme
+        rows, mesh, scheme, state = outcome.rows, self.mesh, self.scheme, outcome.state
         outcome = outcome._replace(fields=outcome.fields - self.rest.counted)
-        middles = zip(mesh.pieces, 0.5 * mesh.length, strict=True)
-        columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": probe_columns(0).stop - 1}
-        estimate = estimated_errors(self, outcome, columns)
-        reach = reached(outcome.state)
-        handled = 0.0
+        columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": WIDTH + 2}
+        reach, handled = reached(state), 0.0
+        turned = np.sort((reach - self.rest.turned) @ turns_of(mesh).T, axis=0)
         if len(rows):  # what it started with above the energy at rest, and the work done on it
             start = (
                 float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) + self.straight_energy - self.rest.energy
@@ -102,14 +94,11 @@ class LoopCase(RopeRun):
             handled = max(start, 0.0) + float(np.max(work, initial=0.0))
         return SimulationResult(
             **self.common(outcome),
-            probes=(*middles, *self.recording.probes),
-            spans=mesh.pieces,
-            position=np.array(mesh.positions),
+            extremes=dict(
+                zip(("drive_angle", "load_angle", "motor_angle"), map(tuple, turned.T.tolist()), strict=True)
+            ),
+            error_estimate=estimated_errors(self, outcome, columns),
             energy_handled=handled,
-            energy_at_rest=self.energy_at_rest,
-            slack_events=self.slack_events(outcome.state),
-            extremes=self._extremes(outcome.state),
-            error_estimate=estimate and ErrorEstimate(segments=estimate[0], **estimate[1]),
             assumptions=(
                 *neglected([self.machine.cable], self.machine.motors),
                 *(
@@ -135,16 +124,6 @@ class LoopCase(RopeRun):
         """Energy of the weight of the straight cable, and of what turns pulleys, above that at rest [J]."""
         lifted = np.sum(self.plan.node[at.WEIGHT_U : at.WEIGHT_W + 1] * self.rest.counted[::2])
         return -float(lifted + self.plan.rest @ self.rest.turned)
-
-    def _extremes(self, state: State) -> dict[str, float]:
-        """Least and largest angle of each shaft [rad], largest |v| and |w| of each midpoint [m]."""
-        turned = (reached(state) - self.rest.turned) @ turns_of(self.mesh).T
-        angles, found = np.sort(turned.T, axis=1).tolist(), {}
-        for name, own in zip(("drive", "load", "motor"), angles, strict=True):
-            found[f"{name}_angle_min"], found[f"{name}_angle_max"] = own
-        for span, (v, w) in zip(self.mesh.pieces, state.peaks.tolist(), strict=True):
-            found[f"{span}_v_peak"], found[f"{span}_w_peak"] = v, w
-        return found
 
 
 def released_torque(drive: Drive) -> float:
@@ -206,15 +185,16 @@ def case_of(
         "settings": settings,
         "start": new_state(plan, x, x_t, q, q_t),
     }
+    points = [f"the middle of {span}" for span in mesh.pieces]
+    points += [f"{place:g} m of {span}" for span, place in recording.probes]
     if loop is not None:
+        channels = (*CHANNELS, *displacements(points))
         offset = np.array([sum(motor.offset_torque for motor in loop.motors)])
-        common |= {"torques": torques, "forces": pushes, "holding": offset, "channels": CHANNELS}
+        common |= {"torques": torques, "forces": pushes, "holding": offset, "channels": channels}
         return LoopCase(plan=plan, **common)
     ways = dict(zip(PLANES, (ALONG, OUT_OF_PLANE, ACROSS), strict=True))
     pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]
     units = np.eye(len(mesh.names))[[mesh.names.index(name) for name in pushed]]
-    points = [f"the middle of {span}" for span in mesh.pieces]
-    points += [f"{place:g} m of {span}" for span, place in recording.probes]
     return NetworkCase(
         plan=plan._replace(motor=np.vstack([plan.motor, units])),
         torques=(*torques, *pushes),

@@ -4,6 +4,7 @@ The columns are the same for every drive and method; what a drive does not have 
 three columns (u, v, w) for each probe, the first probes being the midpoints of the spans.
 """
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -61,10 +62,10 @@ TORQUE_WORK, FORCE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS
 TALLIES = 7
 
 
-def probe_columns(number: int) -> slice:
-    """Columns u, v, w in a row of a probe, counted from 0."""
-    start = WIDTH + 3 * number
-    return slice(start, start + 3)
+def displacements(points: Iterable[str]) -> tuple[Channel, ...]:
+    """Columns u, v, w of recorded points, by words for each."""
+    names = (f"{plane} at {point}" for point in points for plane in "uvw")
+    return tuple(Channel(name, "m", f"displacement {name}") for name in names)
 
 
 def width_of(plan: "Plan") -> int:

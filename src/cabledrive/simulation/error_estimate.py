@@ -1,14 +1,14 @@
 """Discretisation error of a run, estimated from the same run with a half and a quarter of its segments."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from math import log2
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import described, meaning
 from cabledrive.simulation.keeping import Records
 from cabledrive.simulation.prepared import Outcome, RopeRun
 from cabledrive.simulation.run import integrate_run
@@ -29,16 +29,6 @@ class Estimate:
     """Order of convergence between the three resolutions; None if the differences do not fall."""
 
 
-@described
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ErrorEstimate:
-    """Discretisation error of a run."""
-
-    segments: tuple[int, ...] = meaning("segments per span of the runs compared, the run's own first")
-    load_angle: Estimate = meaning("of the angle of the load pulley [rad]")
-    upper_midpoint: Estimate = meaning("of w at the midpoint of the upper span [m]")
-
-
 def check_halves(scheme: Scheme) -> None:
     """Refuse a run that has too few segments to be halved twice."""
     if scheme.segments // 4 < FEWEST_SEGMENTS:
@@ -48,9 +38,7 @@ def check_halves(scheme: Scheme) -> None:
         )
 
 
-def estimated_errors(
-    case: RopeRun, outcome: Outcome, columns: dict[str, int]
-) -> tuple[tuple[int, ...], dict[str, Estimate]] | None:
+def estimated_errors(case: RopeRun, outcome: Outcome, columns: dict[str, int]) -> dict[str, Any] | None:
     r"""Discretisation error of some columns of the records by Richardson's extrapolation, where asked for.
 
     With the differences :math:`D_1 = |x_n - x_{n/2}|` and :math:`D_2 = |x_{n/2} - x_{n/4}|`, largest over the
@@ -58,7 +46,7 @@ def estimated_errors(
     :math:`D_1/(2^p - 1)`. The order is taken as at most 2 and at least 1/2, below which the runs do not
     converge yet.
 
-    Returns segments of the runs compared, and the estimates by the names in ``columns``.
+    Returns segments of the runs compared, and the estimates by the names in ``columns``, as plain data.
     """
     if case.coarser is None or outcome.stopped is not None:
         return None
@@ -66,7 +54,8 @@ def estimated_errors(
     coarser = [case.coarser(replace(case.scheme, segments=n, step=None)) for n in counts[1:]]
     runs = [outcome.rows, *(integrate_run(own, Records(own)).rows for own in coarser)]
     whole = min(len(run) for run in runs)
-    return counts, {name: _estimate(*(run[:whole, k] for run in runs)) for name, k in columns.items()}
+    found = {name: _estimate(*(run[:whole, k] for run in runs)) for name, k in columns.items()}
+    return {"segments": list(counts), **{name: asdict(one) for name, one in found.items()}}
 
 
 def _estimate(fine: Array, middle: Array, coarse: Array) -> Estimate:

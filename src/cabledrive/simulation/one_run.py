@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.errors import InputRefused
@@ -12,7 +12,7 @@ from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.error_estimate import check_halves
-from cabledrive.simulation.loop_result import SimulationResult
+from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.run import keep_run
 from cabledrive.simulation.signals import CarriageForce, Function, Signal
 from cabledrive.simulation.start import Pluck, Recording, Scheme, Start
@@ -78,9 +78,9 @@ def simulate(
 
     Returns
     -------
-    SimulationResult or NetworkResult
-        The second of a machine with routes. Also of a run that ended early (slack, a number that is not
-        finite, a full disk): ``stopped`` says why.
+    SimulationResult
+        Also of a run that ended early (slack, a number that is not finite, a full disk): ``stopped`` says
+        why.
 
     Raises
     ------
@@ -105,5 +105,4 @@ def simulate(
         if error_estimate:
             check_halves(case.scheme)
             case = replace(case, coarser=lambda other: prepare(**asked | {"scheme": other}))
-    # with its own channels: a caller knows what drive it gave
-    return cast(SimulationResult, keep_run(case, **keeping))
+    return keep_run(case, **keeping)

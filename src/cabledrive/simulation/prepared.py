@@ -26,7 +26,7 @@ from cabledrive.simulation.methods import TimeGrid, auxiliary, integrate_steps
 from cabledrive.simulation.network.mesh import Rest
 from cabledrive.simulation.own_law import stiffness_over_limit, why_interpreted
 from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_workspace
-from cabledrive.simulation.result import RunResult, SlackEvent
+from cabledrive.simulation.result import SimulationResult, SlackEvent
 from cabledrive.simulation.signals import Signal
 from cabledrive.simulation.start import Recording, Scheme
 
@@ -124,7 +124,7 @@ class PreparedRun(ABC):
         return plain
 
     @abstractmethod
-    def result(self, outcome: Outcome) -> RunResult:
+    def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
 
     def common(self, outcome: Outcome) -> dict[str, Any]:
@@ -258,6 +258,19 @@ class RopeRun(PreparedRun):
         with np.errstate(all="ignore"):  # of a run that diverged
             rows[:] = self.columns(found)
         return code
+
+    def common(self, outcome: Outcome) -> dict[str, Any]:
+        """What every result holds of how its run ended, and of its spans."""
+        mesh, state = self.mesh, outcome.state
+        middles = zip(mesh.pieces, (0.5 * mesh.length).tolist(), strict=True)
+        return super().common(outcome) | {
+            "spans": mesh.pieces,
+            "positions": tuple(mesh.positions),
+            "probes": (*middles, *self.recording.probes),
+            "midpoint_peaks": dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
+            "slack_events": self.slack_events(state),
+            "energy_at_rest": self.energy_at_rest,
+        }
 
     @property
     def energy_at_rest(self) -> float:

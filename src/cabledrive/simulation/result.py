@@ -22,6 +22,7 @@ from cabledrive.simulation.start import PLANES
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.figure import Figure
 
 NOTHING = 1e-13
 """Energy handled, relative to that at rest, below which nothing moved but by round-off."""
@@ -41,30 +42,40 @@ class SlackEvent:
 
 
 NO_RECORD = "the run stopped before its first record"
-AUDIT = Keys(
-    "number: energy_budget_error step cfl wall_time count: steps note: stopped texts: assumptions "
-    "rows: slack_events{number: time position tension text: span}",
-    {"energy_budget_error": NO_RECORD},
+SIMULATED = Keys(
+    "number: energy_budget_error step cfl wall_time count: steps note: stopped texts: assumptions warnings "
+    "rows: slack_events{number: time position tension text: span} flag: compiled note: interpreted "
+    "object: load_angle{number: peak_to_peak}? drive_angle{number: peak_to_peak}? "
+    "upper_midpoint{number: peak}? lower_midpoint{number: peak}? "
+    "map: coordinates{number: least largest peak_to_peak} rows: spans{text: name number: midpoint_peak "
+    "least_tension} wraps{text: pulley number: needed_friction friction} "
+    "number: least_tension largest_motion error_estimate",
+    {
+        "energy_budget_error": NO_RECORD,
+        "error_estimate": "not asked for by --error-estimate",
+        "midpoint_peak": "motion across is left out",
+        "least_tension": NO_RECORD,
+        "friction": "no capstan_friction in the file",
+    },
+    {"error_estimate": "any"},
 )
+
+LARGE_MOTION = 0.02
+"""Motion of a span's end, relative to its length, above which fixed directions are doubtful."""
 
 
 @described
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class RunResult(Result):
+class SimulationResult(Result):
     """A run of any machine, with its audit."""
 
-    keys: ClassVar[Keys] = AUDIT
+    keys: ClassVar[Keys] = SIMULATED
     _heading = "{0.provenance[drive]}"
     _shown = (
         Row("steps", "steps", form="d"),
         Row("step", "time step", "s"),
         Row("cfl", "of the stable one", "%", ".0f", 100.0),
-        Row("load_angle.peak_to_peak", "load angle, peak to peak", "rad", ".6g"),
-        Row("upper_midpoint.peak", "upper midpoint, peak |w|", "m", ".6g"),
-        Row("lower_midpoint.peak", "lower midpoint, peak |w|", "m", ".6g"),
         Row("energy_budget_error", "energy budget error", form=".2e"),
-        Row("error_estimate.load_angle.relative", "estimated error, load angle", "%", ".2g", 100.0),
-        Row("error_estimate.upper_midpoint.relative", "upper midpoint", "%", ".2g", 100.0),
         Row("stopped", "stopped"),
         Row("assumptions", "note"),
         Row("warnings", "warning"),
@@ -84,6 +95,33 @@ class RunResult(Result):
         "largest energy the run had to do with [J]: initial energy above rest, plus work done on the drive"
     )
     energy_at_rest: float = meaning("what the ropes store at rest [J], whose round-off is no motion", 0.0)
+    extremes: dict[str, tuple[float, float]] = meaning(
+        "least and largest place of each coordinate, of a loop or a line of each shaft, over all steps, "
+        "recorded or not"
+    )
+    positions: tuple[Array, ...] = meaning(
+        "distances of the nodes of each span from its start [m]; none where bodies travel", ()
+    )
+    probes: tuple[tuple[str, float], ...] = meaning(
+        "span and distance from its start [m] of each recorded point; the middles of the spans come first", ()
+    )
+    midpoint_peaks: dict[str, float] = meaning(
+        "largest displacement across at the middle of each span over all steps [m]", factory=dict
+    )
+    largest_motion: float = meaning(
+        "largest motion of a span's end by bodies, relative to its length; directions and lengths stay those "
+        "at rest",
+        0.0,
+    )
+    wraps: tuple[dict[str, Any], ...] = meaning(
+        "where bodies travel: largest friction coefficient that each pulley needed, beside the file's", ()
+    )
+    doubts: tuple[str, ...] = meaning("what the run assumed and did not keep to", ())
+    error_estimate: dict[str, Any] | None = meaning(
+        "discretisation error by channel, if it was asked for: its size, relative size and order; "
+        '"segments": of the runs compared',
+        None,
+    )
     field_time: Array = meaning("(field records,): times of the whole fields [s]")
     fields: Array = meaning(
         "(field records, 3, nodes): displacements u, v, w of all nodes, piece by piece, ends in both; from "
@@ -114,10 +152,9 @@ class RunResult(Result):
         InputRefused
             If there is no such column.
         """
-        names = [channel.name for channel in self.channels]
-        if name not in names:
-            raise InputRefused(f'channel "{name[:60]}" is none of {len(names)}: see .channels')
-        return np.asarray(self.rows[:, names.index(name)])
+        if name not in self.names:
+            raise InputRefused(f'channel "{name[:60]}" is none of {len(self.names)}: see .channels')
+        return np.asarray(self.rows[:, self.names.index(name)])
 
     @property
     def cfl(self) -> float:
@@ -148,17 +185,102 @@ class RunResult(Result):
         return bool(self.provenance["method"].get("travels", False))
 
     @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return [channel.name for channel in self.channels]
+
+    def probe(self, number: int) -> Array:
+        """Displacements of a recorded point.
+
+        Parameters
+        ----------
+        number : int
+            Which one of `probes`, from 0; the middles of the spans come first.
+
+        Returns
+        -------
+        ndarray, shape (records, 3)
+            u, v, w [m].
+        """
+        first = next(k for k, name in enumerate(self.names) if name.startswith("u at ")) + 3 * number
+        return self.rows[:, first : first + 3]
+
+    def midpoint(self, span: str = "upper") -> Array:
+        """Displacements of the middle of a span.
+
+        Parameters
+        ----------
+        span : str, default "upper"
+            One of `spans`.
+
+        Returns
+        -------
+        ndarray, shape (records, 3)
+            u, v, w [m].
+        """
+        return self.probe(self.spans.index(span))
+
+    @property
+    def load_angle(self) -> Array:
+        """Angle of the load pulley of a loop or a line at each record [rad]."""
+        return self.channel("load_angle")
+
+    @property
+    def drive_angle(self) -> Array:
+        """Angle of the drive pulley of a loop or a line at each record [rad]."""
+        return self.channel("drive_angle")
+
+    def least_tension(self, span: str) -> Array:
+        """Least tension along a span at each record.
+
+        Parameters
+        ----------
+        span : str
+            One of `spans`.
+
+        Returns
+        -------
+        ndarray, shape (records,)
+            In N.
+        """
+        both = (f"least tension, {span}", f"least_tension_{span}")
+        return self.channel(next(name for name in both if name in self.names))
+
+    @property
     def content(self) -> Content:
         """Everything, as a dataset or a file takes it; NetCDF takes a slash for a group."""
-        variables = [
+        missing = tuple({"upper", "lower"} - set(self.spans)) if "load_angle" in self.names else ()
+        found = [
             Variable(one.name.replace("/", "_"), ("time",), self.rows[:, k], one.unit, one.meaning)
             for k, one in enumerate(self.channels)
+            if one.name[1:5] != " at " and not (missing and one.name.endswith(missing))
         ]
+        budget = "error of the energy budget, 0 at the start"
+        found.append(Variable("budget_error", ("time",), self.budget_error, "J", budget))
+        numbers, words = [Variable("time", ("time",), self.time, "s", "time of a record")], dict[str, Any]()
+        if self.probes:
+            places = np.array([place for _, place in self.probes])
+            shown = np.stack([self.probe(number) for number in range(len(self.probes))], axis=1)
+            where = "distance of a probe from its span's start"
+            numbers.append(Variable("probe_position", ("probe",), places, "m", where))
+            names = ("time", "probe", "plane")
+            found.append(Variable("displacement", names, shown, "m", "displacement of the probes"))
+            words["plane"] = ("plane", list(PLANES))
+            words["probe_span"] = ("probe", [span for span, _ in self.probes])
+        if len(self.field_time):
+            names, where = ("field_time", "node", "plane"), "distance of a node from its span's start"
+            numbers.append(Variable(names[0], names[:1], self.field_time, "s", "time of a whole field"))
+            numbers.append(Variable("position", ("node",), np.concatenate(self.positions), "m", where))
+            fields = self.fields.transpose(0, 2, 1)
+            found.append(Variable("field", names, fields, "m", "displacement of all nodes"))
+            both = zip(self.spans, self.positions, strict=True)
+            words["node_span"] = ("node", [name for name, own in both for _ in own])
         known = {**self.provenance, **self.summary(), "assumptions": "; ".join(self.assumptions)}
+        known["extremes"] = known.pop("coordinates")  # which is a name of the format
         del known["wall_time"]  # the same run gives the same file
-        return Content(
-            [Variable("time", ("time",), self.time, "s", "time of a record")], variables, {}, storable(known)
-        )
+        if self.error_estimate is None:
+            del known["error_estimate"]
+        return Content(numbers, found, words, storable(known))
 
     @cached_property
     def dataset(self) -> "xarray.Dataset":
@@ -171,8 +293,8 @@ class RunResult(Result):
         Returns
         -------
         xarray.Dataset
-            Each channel over `time`, with `units` and `long_name`; of a loop also
-            `displacement(time, probe, plane)`, and whole fields where they were kept.
+            Each channel over `time`, with `units` and `long_name`; `displacement(time, probe, plane)` of the
+            recorded points, and whole fields where they were kept.
         """
         return self.dataset
 
@@ -184,8 +306,11 @@ class RunResult(Result):
         dict
             No NaN and no infinity in it; what needs a record is None where a run stopped before the first.
         """
+        some, peaks = len(self.rows) > 0, self.midpoint_peaks
+        least = {span: float(np.min(self.least_tension(span))) if some else None for span in self.spans}
+        angles = [name for name in ("load_angle", "drive_angle") if name in self.extremes]
         return {
-            "energy_budget_error": self.energy_budget_error if len(self.rows) else None,
+            "energy_budget_error": self.energy_budget_error if some else None,
             "steps": self.steps,
             "step": self.step,
             "stopped": self.stopped,
@@ -193,89 +318,24 @@ class RunResult(Result):
             "cfl": self.cfl,
             "slack_events": [asdict(event) for event in self.slack_events],
             "assumptions": list(self.assumptions),
+            **{name: {"peak_to_peak": float(np.ptp(self.extremes[name]))} for name in angles},
+            **{f"{span}_midpoint": {"peak": peaks[span]} for span in self.spans if angles},
+            "coordinates": {
+                name: {"least": low, "largest": high, "peak_to_peak": high - low}
+                for name, (low, high) in self.extremes.items()
+            },
+            "spans": [
+                {"name": name, "midpoint_peak": peaks.get(name), "least_tension": least[name]}
+                for name in self.spans
+            ],
+            "least_tension": min(one for one in least.values() if one is not None) if some else None,
+            "wraps": list(self.wraps),
+            "largest_motion": self.largest_motion,
+            "error_estimate": self.error_estimate,
+            "warnings": list(self.warnings),
+            "compiled": self.interpreted is None,
+            "interpreted": self.interpreted,
         }
-
-    def to_dataframe(self) -> Any:
-        """The records as a table.
-
-        Returns
-        -------
-        pandas.DataFrame
-            Index time [s]; a column for each channel, in its own unit.
-        """
-        from pandas import DataFrame, Index
-
-        names = [channel.name for channel in self.channels]
-        return DataFrame(self.rows[:, : len(names)], Index(self.time, name="time"), names)
-
-
-NETWORK = Keys(
-    "map: coordinates{number: least largest peak_to_peak} rows: spans{text: name number: midpoint_peak "
-    "least_tension} wraps{text: pulley number: needed_friction friction} number: largest_motion "
-    "error_estimate texts: warnings",
-    {
-        "error_estimate": "not asked for by --error-estimate",
-        "midpoint_peak": "motion across is left out",
-        "least_tension": NO_RECORD,
-        "friction": "no capstan_friction in the file",
-    },
-    {"error_estimate": "any"},
-    also=(AUDIT,),
-)
-
-
-def neglected(ropes: Iterable[Rope], motors: Iterable[Motor]) -> tuple[str, ...]:
-    """What a file states and no run has."""
-    stiff = max((rope.bending_stiffness or 0.0 for rope in ropes), default=0.0)
-    bends = f"ropes bend freely: their bending stiffness of up to {stiff:.4g} N m^2 is left out"
-    found = {bends: stiff, "motor.backlash is left out": any(motor.backlash for motor in motors)}
-    return tuple(words for words, stated in found.items() if stated)
-
-
-LARGE_MOTION = 0.02
-"""Motion of a span's end, relative to its length, above which fixed directions are doubtful."""
-
-
-@described
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class NetworkResult(RunResult):
-    """A run of a machine with routes, with its audit."""
-
-    keys: ClassVar[Keys] = NETWORK
-    extremes: dict[str, tuple[float, float]] = meaning(
-        "least and largest place of each coordinate over all steps"
-    )
-    positions: tuple[Array, ...] = meaning(
-        "distances of the nodes of each piece from its start [m]; none where bodies travel", ()
-    )
-    midpoint_peaks: dict[str, float] = meaning(
-        "largest displacement across at the middle of each span over all steps [m]"
-    )
-    largest_motion: float = meaning(
-        "largest motion of a span's end relative to its length; directions and lengths stay those at rest"
-    )
-    wraps: tuple[dict[str, Any], ...] = meaning(
-        "where bodies travel: largest friction coefficient that each pulley needed, beside the file's", ()
-    )
-    doubts: tuple[str, ...] = meaning("what the run assumed and did not keep to", ())
-    error_estimate: dict[str, Any] | None = meaning(
-        "discretisation error by channel, if it was asked for: its size, relative size and order", None
-    )
-
-    @property
-    def content(self) -> Content:
-        """Everything, as a dataset or a file takes it."""
-        found = super().content
-        if not len(self.field_time):
-            return found
-        pieces = [name for name, own in zip(self.spans, self.positions, strict=True) for _ in own]
-        names, where = ("field_time", "node", "plane"), "distance of a node from its piece's start"
-        found.coordinates.append(Variable(names[0], names[:1], self.field_time, "s", "time of a whole field"))
-        found.coordinates.append(Variable("position", ("node",), np.concatenate(self.positions), "m", where))
-        fields = self.fields.transpose(0, 2, 1)
-        found.variables.append(Variable("field", names, fields, "m", "displacement of all nodes"))
-        words = {"plane": ("plane", list(PLANES)), "node_piece": ("node", pieces)}
-        return found._replace(words=words)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -288,30 +348,46 @@ class NetworkResult(RunResult):
             )
         return tuple(found)
 
-    def summary(self) -> dict[str, Any]:
-        """As of `RunResult`.
+    def to_dataframe(self) -> Any:
+        """The records as a table.
 
         Returns
         -------
-        dict
+        pandas.DataFrame
+            Index time [s]; a column for each channel, in its own unit.
         """
-        some = len(self.rows) > 0
-        return {
-            **super().summary(),
-            "coordinates": {
-                name: {"least": low, "largest": high, "peak_to_peak": high - low}
-                for name, (low, high) in self.extremes.items()
-            },
-            "spans": [
-                {
-                    "name": name,
-                    "midpoint_peak": self.midpoint_peaks.get(name),
-                    "least_tension": float(np.min(self.channel(f"least tension, {name}"))) if some else None,
-                }
-                for name in self.spans
-            ],
-            "wraps": list(self.wraps),
-            "largest_motion": self.largest_motion,
-            "error_estimate": self.error_estimate,
-            "warnings": list(self.warnings),
-        }
+        from pandas import DataFrame, Index
+
+        return DataFrame(self.rows, Index(self.time, name="time"), self.names)
+
+    def plot(self) -> "Figure":
+        """Draw the coordinate that moves most, and the middles of the spans, or their tensions, over time.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from matplotlib import pyplot
+
+        figure, (above, below) = pyplot.subplots(2, 1, sharex=True, layout="constrained")
+        most = max(self.extremes, key=lambda name: np.ptp(self.extremes[name]))
+        most = "load_angle" if "load_angle" in self.names else most
+        unit = self.channels[self.names.index(most)].unit
+        above.plot(self.time, self.channel(most) if unit == "m" else np.degrees(self.channel(most)))
+        above.set_ylabel(f"{most.replace('_', ' ')} [{'m' if unit == 'm' else 'deg'}]")
+        above.set_title(self.provenance["drive"])
+        for span in self.spans:
+            shown = 1e3 * self.midpoint(span)[:, 2] if self.probes else self.least_tension(span)
+            below.plot(self.time, shown, label=span)
+        below.set_ylabel("w at midspan [mm]" if self.probes else "least tension [N]")
+        below.set_xlabel("time [s]")
+        below.legend()
+        return figure
+
+
+def neglected(ropes: Iterable[Rope], motors: Iterable[Motor]) -> tuple[str, ...]:
+    """What a file states and no run has."""
+    stiff = max((rope.bending_stiffness or 0.0 for rope in ropes), default=0.0)
+    bends = f"ropes bend freely: their bending stiffness of up to {stiff:.4g} N m^2 is left out"
+    found = {bends: stiff, "motor.backlash is left out": any(motor.backlash for motor in motors)}
+    return tuple(words for words, stated in found.items() if stated)

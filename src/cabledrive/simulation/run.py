@@ -16,7 +16,7 @@ from cabledrive.simulation.keeping import RESULT, Records, RecordsInFolder, left
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.plan import copy_state
 from cabledrive.simulation.prepared import Outcome, PreparedRun
-from cabledrive.simulation.result import RunResult
+from cabledrive.simulation.result import SimulationResult
 
 NODE_STEPS_PER_CHUNK = 20_000_000
 SECONDS_PER_COMMIT = 5.0
@@ -91,7 +91,7 @@ def _written(action: Callable[..., None], *content: Any) -> str | None:
 
 def keep_run(
     case: PreparedRun, *, output: str | Path | None, force: bool, resume: bool, progress: bool | None
-) -> RunResult:
+) -> SimulationResult:
     """Take a run to its end, or as far as it goes; options as of `cabledrive.simulation.simulate`.
 
     Raises `SimulationInterrupted` if it was interrupted from outside.
@@ -128,7 +128,7 @@ def keep_run(
     return _finished(result, output)
 
 
-def _put(result: RunResult, path: Path, records: RecordsInFolder, *, force: bool) -> RunResult:
+def _put(result: SimulationResult, path: Path, records: RecordsInFolder, *, force: bool) -> SimulationResult:
     """Write the result and delete its records; where the disk refuses, say so and keep them."""
     for file in records.files:
         file.flush()
@@ -145,7 +145,7 @@ def _put(result: RunResult, path: Path, records: RecordsInFolder, *, force: bool
     return replace(result, path=path)
 
 
-def _finished(result: RunResult, output: str | Path | None) -> RunResult:
+def _finished(result: SimulationResult, output: str | Path | None) -> SimulationResult:
     """The result of a run that was not interrupted."""
     if result.stopped != INTERRUPTED:
         return result
@@ -155,7 +155,7 @@ def _finished(result: RunResult, output: str | Path | None) -> RunResult:
     raise SimulationInterrupted(f"{result.steps * result.step:.6g} s were simulated; {go_on}", result)
 
 
-Kept = TypeVar("Kept", bound=RunResult)
+Kept = TypeVar("Kept", bound=SimulationResult)
 
 
 def whole(result: Kept) -> Kept:
@@ -170,10 +170,10 @@ class SimulationInterrupted(KeyboardInterrupt):
 
     Attributes
     ----------
-    result : SimulationResult or NetworkResult
+    result : SimulationResult
         Everything up to there.
     """
 
-    def __init__(self, message: str, result: RunResult) -> None:
+    def __init__(self, message: str, result: SimulationResult) -> None:
         super().__init__(message)
         self.result = result

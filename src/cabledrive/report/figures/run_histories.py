@@ -13,7 +13,6 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import Machine
 from cabledrive.report.picture import SPAN_COLOURS, TEXT, Hue, file_figure, file_picture, label, log_axis
 from cabledrive.simulation import SimulationResult
-from cabledrive.simulation.network import NetworkResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,9 +56,9 @@ class RunCurves(NamedTuple):
     spectrum: Curve
 
 
-def curves_of(result: SimulationResult | NetworkResult) -> RunCurves:
+def curves_of(result: SimulationResult) -> RunCurves:
     """Panels of a run, the motion of the load first."""
-    if isinstance(result, NetworkResult):
+    if "load_angle" not in result.names:
         panels = _of_machine(result)
         # Where a body travels its place has no peaks to see, but the tension has.
         return RunCurves(result.time, panels, panels[-1 if result.travels else 0])
@@ -72,7 +71,7 @@ def curves_of(result: SimulationResult | NetworkResult) -> RunCurves:
     return RunCurves(result.time, tuple(curves), load)
 
 
-def _of_machine(result: NetworkResult) -> tuple[Curve, ...]:
+def _of_machine(result: SimulationResult) -> tuple[Curve, ...]:
     """The body that moves most, the first motor, the span that sways most and the one nearest to slack."""
     channels = {channel.name: channel for channel in result.channels}
     reach = {name: high - low for name, (low, high) in result.extremes.items() if channels[name].unit == "m"}
@@ -94,7 +93,7 @@ def _of_machine(result: NetworkResult) -> tuple[Curve, ...]:
     return (*found, Curve("tension [N]", tensions[lowest], Hue.ORANGE, lowest))
 
 
-def _coordinate(result: NetworkResult, name: str, unit: str, colour: str) -> Curve:
+def _coordinate(result: SimulationResult, name: str, unit: str, colour: str) -> Curve:
     values = result.channel(name)
     if unit == "m":
         large = float(np.max(np.abs(values), initial=0.0)) >= 1.0
@@ -120,7 +119,7 @@ def spectrum_marks(drive: Machine) -> tuple[tuple[float, str], ...]:
     return tuple(sorted(marks))
 
 
-def draw_histories(panels: "Sequence[Axes]", result: SimulationResult | NetworkResult) -> None:
+def draw_histories(panels: "Sequence[Axes]", result: SimulationResult) -> None:
     """The curves of a run over time, one above the other, a panel for each of `curves_of`."""
     time, curves, _ = curves_of(result)
     for axes, curve in zip(panels, curves, strict=True):
@@ -139,7 +138,7 @@ def draw_histories(panels: "Sequence[Axes]", result: SimulationResult | NetworkR
 
 def draw_spectrum(
     axes: "Axes",
-    result: SimulationResult | NetworkResult,
+    result: SimulationResult,
     marks: Sequence[tuple[float, str]],
     highest: float | None = None,
 ) -> None:
@@ -163,7 +162,7 @@ def draw_spectrum(
     axes.set(xlim=(0.0, min(top, hertz[-1])), xlabel="frequency [Hz]", ylabel=curve.axis)
 
 
-def run_plot(drive: Machine, result: SimulationResult | NetworkResult, form: str) -> bytes:
+def run_plot(drive: Machine, result: SimulationResult, form: str) -> bytes:
     """Histories and spectrum of a run as a "svg", "png" or "pdf", the same for the same run.
 
     Refused with too few records for a spectrum.

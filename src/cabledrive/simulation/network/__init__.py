@@ -1,5 +1,1 @@
 """Machines with routes in time: every span divided as that of a loop, bodies and pulleys between them."""
-
-from cabledrive.simulation.result import NetworkResult
-
-__all__ = ["NetworkResult"]

@@ -1,7 +1,7 @@
 """Everything that is decided before the first step of a run of a network."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,13 +20,14 @@ from cabledrive.simulation.channels import (
     TRANSVERSE_LOSS,
     VISCOUS_LOSS,
     Channel,
+    displacements,
 )
 from cabledrive.simulation.error_estimate import estimated_errors
 from cabledrive.simulation.network.mesh import passed_words
 from cabledrive.simulation.prepared import Outcome, PreparedRun, RopeRun
-from cabledrive.simulation.result import NetworkResult, neglected
+from cabledrive.simulation.result import SimulationResult, neglected
 from cabledrive.simulation.signals import Function, Signal, checked_signal
-from cabledrive.simulation.start import OF_LOOPS, PLANES, Recording, Scheme, Start
+from cabledrive.simulation.start import OF_LOOPS, Recording, Scheme, Start
 
 
 def routed_channels(
@@ -49,8 +50,7 @@ def routed_channels(
     found += [Channel(f"least tension, {one}", "N", f"least tension of {one}{damped}") for one in spans]
     if travels:
         found += [Channel(f"free length, {one}", "m", f"free length of {one}") for one in spans]
-    places = [f"{plane} at {point}" for point in points for plane in PLANES]
-    found += [Channel(name, "m", f"displacement {name}") for name in places]
+    found += displacements(points)
     energies = _TRAVELLING if travels else _STANDING
     return (*found, *(Channel(name, "J", words) for name, words in energies))
 
@@ -110,7 +110,7 @@ class NetworkCase(RopeRun):
         strain, springs = strain + weights + ends - self.rest.energy, springs - ends
         return np.hstack([places, torque, mean, least, middle, ropes, bodies, strain, springs, lost, balance])
 
-    def result(self, outcome: Outcome) -> NetworkResult:
+    def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
         mesh, state, rows = self.mesh, outcome.state, outcome.rows
         outcome = outcome._replace(fields=outcome.fields - self.rest.x)
@@ -119,19 +119,13 @@ class NetworkCase(RopeRun):
         work = float(np.max(rows[:, columns["torque_work"]], initial=0.0))
         # Turning a pulley passes rope on: only bodies count.
         quantities = [*mesh.names, *(f"w at the middle of {span}" for span in mesh.pieces)]
-        estimate = estimated_errors(self, outcome, {name: columns[name] for name in quantities})
         bodies = [n for n, name in enumerate(mesh.names) if "." in name and not name.startswith("slip at ")]
         reach = np.abs(reached(state)).max(axis=0)
         along = np.einsum("kaxn,n->kax", np.abs(mesh.ends[:, :, [0, 2]][..., bodies]), reach[bodies])
-        return NetworkResult(
+        return SimulationResult(
             **common_of_routes(self, outcome, mesh.names),
-            spans=mesh.pieces,
-            positions=tuple(mesh.positions),
             energy_handled=max(float(energies), 0.0) + work,
-            energy_at_rest=self.energy_at_rest,
-            midpoint_peaks=dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
-            slack_events=self.slack_events(state),
-            error_estimate=estimate and {name: asdict(own) for name, own in estimate[1].items()},
+            error_estimate=estimated_errors(self, outcome, {name: columns[name] for name in quantities}),
             largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
             assumptions=_ASSUMPTIONS + left_out(mesh.network.drive),
             doubts=(

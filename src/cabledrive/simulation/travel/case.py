@@ -17,7 +17,7 @@ from cabledrive.parameters.route.strain_free import turns_between
 from cabledrive.simulation.network.case import common_of_routes, left_out
 from cabledrive.simulation.plan import SLACK
 from cabledrive.simulation.prepared import Outcome, PreparedRun
-from cabledrive.simulation.result import NetworkResult
+from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.travel.plan import (
     DENSITY,
     NO_SPAN,
@@ -162,7 +162,7 @@ class TravelCase(PreparedRun):
         turns = np.stack([self.way.turns(part, pulley) for pulley in driven], axis=1)
         return (np.asarray(np.diff(turns, axis=0) / self.grid.step),)
 
-    def result(self, outcome: Outcome) -> NetworkResult:
+    def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
         rows, move = outcome.rows, self.move
         columns = {channel.name: k for k, channel in enumerate(self.channels)}
@@ -170,13 +170,11 @@ class TravelCase(PreparedRun):
         # Strain and springs count from the start: at rest they are large, and nothing happens to them.
         moving = rows[:, first : first + 2].sum(axis=1)
         work = np.abs(rows[:, last]) if len(rows) else np.zeros(1)
-        return NetworkResult(
+        return SimulationResult(
             **common_of_routes(self, outcome, self.names),
             spans=self.spans,
             energy_handled=max(float(np.max(moving, initial=0.0)), float(np.max(work, initial=0.0))),
             energy_at_rest=float(rows[0, columns["strain_energy"]]) if len(rows) else 0.0,
-            midpoint_peaks={},
-            largest_motion=0.0,
             assumptions=self._assumptions,
             wraps=self._wraps(outcome.state),
             doubts=tuple(self._doubts(outcome.state, rows)),
