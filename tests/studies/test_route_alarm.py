@@ -12,7 +12,9 @@ import cabledrive as cd
 from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.rest import rest_state
-from cabledrive.modal.natural import straight_modes
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
+from cabledrive.modal.route_network import network_of_routes
+from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction import sagging_model as sagging
@@ -34,6 +36,14 @@ from oracles.alarm_validation import true_motion
 from resonance_samples import damped, damped_loop
 
 PRINTER = Path(__file__).parent.parent / "parameters" / "routes" / "printer.toml"
+
+
+def straight_modes(network):
+    """The first modes along and across of its ropes without their sag."""
+    first = Spectrum(network_of_routes(network, hanging=False)).first(
+        {LONGITUDINAL: 4, TRANSVERSE: 4}, distinct=True
+    )
+    return first[LONGITUDINAL][0], first[TRANSVERSE][0]
 
 
 def damped_route(loop):
@@ -259,10 +269,9 @@ def test_a_carriage_that_hangs_is_not_damped_as_its_cable_is(measured):
     )
     model = autoparametric_model(drive, number=1)
     network = network_of(as_route(drive))
-    found = straight_modes(network.drive, count=4)
-    along, across = found.longitudinal[0], found.transverse
+    along, across = straight_modes(network)
     waves = waves_of(
-        network, [along], [next(mode for mode in across if mode.span == UPPER and mode.plane == "w")]
+        network, along[:1], [next(mode for mode in across if mode.span == UPPER and mode.plane == "w")]
     )
     mode = next(
         own for own in cd.modes(drive, count=4).transverse if own.span == "upper" and own.plane == "w"
@@ -339,9 +348,9 @@ def test_a_sum_pair_grows_above_its_threshold_and_not_below(measured):
     settings.append("carriage=[{mass=3e-4, position=0.37, guided=false}]")
     drive = cd.load_drive("dissertation-2", overrides=settings)
     network = network_of(as_machine(drive))
-    found = straight_modes(network.drive, count=4)
-    upper = [m for m in found.transverse if (m.span, m.plane) == (network.drive.spans[0], "w")]
-    waves = waves_of(network, [found.longitudinal[0]], upper[:2])
+    along, across = straight_modes(network)
+    upper = [m for m in across if (m.span, m.plane) == (network.drive.spans[0], "w")]
+    waves = waves_of(network, along[:1], upper[:2])
     own, mass = np.array([2.0 * pi * mode.frequency for mode in upper[:2]]), np.ones(2)
     loss, coupled = waves.losses[1], float(waves.couplings[0, 0, 1])
     forcing = float(own.sum()) + 0.5

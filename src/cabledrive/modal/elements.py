@@ -262,11 +262,22 @@ class Segments:
         at = np.clip(np.searchsorted(self.places, share, "right") - 1, 0, self.places.size - 2)
         local = 2.0 * (share - self.places[at]) / np.diff(self.places)[at] - 1.0
         q = self.factors(omega, ends)[at]
-        u, _, w, _, _ = _polynomials(self.rope.direction is not None, self.rope.bend > 0.0)
-        along, across = (
-            np.einsum("qn,qnk->kq", np.stack([own(local) for own in part], -1), q) for part in (u, w)
-        )
+        both = _legendre(self.rope.direction is not None, self.rope.bend > 0.0)
+        shown = legendre.legvander(local, both[0].shape[0] - 1)
+        along, across = (np.einsum("qn,qnk->kq", shown @ own, q) for own in both)
         return along, across
+
+
+@cache
+def _legendre(along: bool, beam: bool) -> tuple[Array, Array]:
+    """Coefficients of u and w of all polynomials in those of Legendre, (degrees, n)."""
+    u, _, w, _, _ = _polynomials(along, beam)
+    degrees = max(own.degree() for own in (*u, *w)) + 1
+    first, second = np.zeros((2, degrees, len(u)))
+    for total, part in ((first, u), (second, w)):
+        for row, own in zip(total.T, part, strict=True):
+            row[: own.degree() + 1] = own.convert(kind=legendre.Legendre).coef
+    return first, second
 
 
 @cache

@@ -24,7 +24,7 @@ from cabledrive.modal.route_network import network_of_drive, network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
 from cabledrive.parameters import InputRefused, content_hash
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
 
 DEFAULT_COUNT = 10
@@ -124,23 +124,6 @@ def spectrum_of(
     return Spectrum(network_of_routes(network)), network
 
 
-def straight_modes(
-    drive: RoutedDrive,
-    *,
-    below: float | None = None,
-    count: int | None = None,
-    motor: str | None = None,
-    hold: Sequence[str] = (),
-) -> Modes:
-    """Modes of a machine with routes whose ropes are straight, certified where sag moves none of them.
-
-    Parameters as of `modes`.
-    """
-    network = network_of(drive, motor=motor, hold=hold)
-    spectrum = Spectrum(network_of_routes(network, hanging=False))
-    return _limited(_listed(spectrum, below, count), spectrum, network, hanging=False)
-
-
 def straight_limit(network: Network, below: float, *, kind: str | None = None) -> str | None:
     """Why straight ropes are in doubt as a model of a machine below a frequency; None where they are not.
 
@@ -178,20 +161,18 @@ def _moved_by_sag(network: Network, listed: Sequence[Mode], spectrum: Spectrum) 
     )
 
 
-def _limited(listed: Modes, spectrum: Spectrum, network: Network, *, hanging: bool = True) -> Modes:
+def _limited(listed: Modes, spectrum: Spectrum, network: Network) -> Modes:
     """A list of a machine, certified where its models hold."""
     own, limit = spectrum.network, range_limit(network, listed.modes)
     if own.slack:
         limit = slack_line(own.slack[0])
-    elif hanging:
-        limit = lifted_limit(network) or limit
     else:
-        limit = limit or _moved_by_sag(network, listed.modes, spectrum)
+        limit = lifted_limit(network) or limit
     return replace(
         listed,
         certified=listed.certified and limit is None,
         certified_reason=limit if listed.certified else listed.certified_reason,
-        warnings=tuple(route_range_warnings(network, hanging=hanging)),
+        warnings=tuple(route_range_warnings(network)),
         drive_hash=content_hash(network.drive),
         motor=network.motion.motor,
         hold=tuple(sorted(network.motion.hold)),

@@ -103,8 +103,8 @@ def _parted(listed: Sequence[Mode], span: str, irvine: float) -> float:
     return half if np.any(np.abs(along[:, None] - across) < 2.0 * half * across) else 0.0
 
 
-def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
-    """Warnings that touch a list of a machine with routes; ``hanging``: whether its ropes sag."""
+def route_range_warnings(network: Network) -> Iterator[str]:
+    """Warnings that touch a list of a machine with routes."""
     yield from unheld_words(network.motion, network.statics)
     for number, route in enumerate(network.drive.route):
         spans = [i for i, span in enumerate(network.drive.free_spans) if span.route == number]
@@ -121,7 +121,7 @@ def route_range_warnings(network: Network, *, hanging: bool) -> Iterator[str]:
                 f"route {route.name} runs: its bending stiffness is left out, which would raise mode n of a "
                 f"span by up to {most:.2g} n^2 of it"
             )
-    yield from sag_words(network, hanging=hanging)
+    yield from sag_words(network, hanging=True)
 
 
 def sag_words(network: Network, *, hanging: bool = False, least: float = 1e-4) -> Iterator[str]:

@@ -3,6 +3,11 @@ r"""Modes of a network as waves: slopes at the points of all pieces, couplings, 
 With slopes of unit modal mass a longitudinal mode q couples transverse modes a and b by
 
 .. math:: g_{qab} = \sum EA \int u_q'\,\varphi_a'\,\varphi_b'\,\mathrm{d}x .
+
+About a rope that hangs a mode stretches it by :math:`\varepsilon = c u' + s w'` and turns it by
+:math:`\nu = c w' - s u'` in its plane and by :math:`v'` out of it; (c, s) is its direction at rest. The third
+order of the elastic energy is :math:`\tfrac12 EA\int\varepsilon(\nu^2 + v'^2)\,\mathrm{d}x`: g is the sum of
+three such integrals, in each of which one of the modes stretches the rope and both others turn it.
 """
 
 from collections import Counter
@@ -41,6 +46,11 @@ class Waves(NamedTuple):
     shapes: Array  # displacement of each mode across, shape (across, pieces, points)
     # motion of every coordinate in the modes along and across, shape (modes, n)
     coordinates: tuple[Array, Array]
+    # About ropes that hang: turns of those along in and out of the plane, (along, 2, pieces, points), and
+    # stretch of those across, (across, pieces, points); damping rates that follow from both [1/s]
+    beside: tuple[Array, Array] | None = None
+    more: tuple[Array | float, Array | float] = (0.0, 0.0)
+    measure: Array | float = 1.0  # square of the length per stretched length at the points, (pieces, points)
 
     @property
     def places(self) -> list[tuple[int, tuple[float, float], str, int]]:
@@ -64,21 +74,29 @@ class Waves(NamedTuple):
     @property
     def couplings(self) -> Array:
         """Of two transverse modes by a longitudinal one, shape (along, across, across)."""
-        return self.products((self.rigidity * self.length)[:, None] * self.weights * self.slopes[0])
+        force = (self.rigidity * self.length)[:, None] * self.weights * self.measure
+        found = self.products(force * self.slopes[0])
+        if self.beside is not None:
+            planes = np.array([int(one.plane == "v") for one in self.across], dtype=int)
+            for own, turned in zip(found, self.beside[0], strict=True):
+                once = self._summed(self.beside[1] * force, self.slopes[1] * turned[planes])
+                own += once + once.T
+        return found
 
     def products(self, weights: Array) -> Array:
         """Products of slopes of two modes across in one plane, summed with weights (n, pieces, points)."""
-        across, clamped = self.slopes[1], np.array([one.clamped for one in self.across], dtype=bool)
-        planes = np.array([one.plane for one in self.across])
-        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
-        alone, found = np.logical_or.outer(clamped, clamped), []
-        for weight in weights:
-            single, every = (
-                np.tensordot(across * weight * count, across, axes=((1, 2), (1, 2)))
-                for count in (1.0, self.ropes[:, None])
-            )
-            found.append(np.where(alone, single, every) * np.equal.outer(planes, planes))
+        across, planes = self.slopes[1], np.array([one.plane for one in self.across])
+        found = [self._summed(across * own, across) * np.equal.outer(planes, planes) for own in weights]
         return np.array(found).reshape(len(weights), len(across), len(across))
+
+    def _summed(self, first: Array, second: Array) -> Array:
+        """Products of values of modes across, (across, pieces, points), summed over all ropes."""
+        clamped = np.array([one.clamped for one in self.across], dtype=bool)
+        # Of ropes side by side a mode between held ends moves one; a mode with a body moves all alike.
+        single, every = (
+            np.tensordot(first * count, second, axes=((1, 2), (1, 2))) for count in (1.0, self.ropes[:, None])
+        )
+        return np.where(np.logical_or.outer(clamped, clamped), single, every)
 
     def turned(self, along: Array, across: Array) -> "Waves":
         """These modes along and across, turned round where a sign is -1."""
@@ -101,12 +119,12 @@ class Waves(NamedTuple):
         ).T
         strained = self.slopes[0] ** 2 @ self.weights @ (self.ropes * self.length * along)
         rubbed = (self.coordinates[0] @ network.dampers.dense.T) ** 2 @ network.dampers.values
-        return strained + rubbed, np.asarray(self.moved @ across)
+        return strained + rubbed + self.more[0], np.asarray(self.moved @ across) + self.more[1]
 
 
-def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
-    """Modes of a network with their slopes at Gauss points of its pieces."""
-    highest = max((mode.frequency for mode in across), default=0.0)
+def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging: bool = False) -> Waves:
+    """Modes of a network with their slopes at Gauss points of its pieces; ``hanging``: about its sag."""
+    highest = max((mode.frequency for mode in (*across, *along[: len(along) * hanging])), default=0.0)
     # as many as a polynomial through its half waves on the longest piece; a product of three needs no more
     size = POINTS + int(pi * highest * float(network.time.max()))
     x, weights = np.polynomial.legendre.leggauss(size)
@@ -120,36 +138,64 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode]) -> Waves:
     length, rigidity = np.array([(one.length, one.rope.axial_rigidity) for one in network.pieces]).T
     places = middle[:, None] + 0.5 * length[:, None] * x
 
-    def values(modes: list[Mode], ways: list[str]) -> Array:
+    def values(modes: list[Mode], ways: list[str]) -> tuple[Array, Array]:
+        """Displacements and their slopes, (modes, pieces, points)."""
         found = np.zeros((len(modes), *places.shape))
         for row, mode, way in zip(found, modes, ways, strict=True):
             for number, name in enumerate(network.drive.spans):
                 own = mode.displacement(name, way, places[spans == number].ravel())[0].real
                 row[spans == number] = own.reshape(-1, size)
-        return found
+        return found, 2.0 * found @ slope.T / length[:, None]
 
-    both = values(along, ["along"] * len(along)), values(across, [WAYS[one.plane or "w"] for one in across])
-    slopes = [2.0 * own @ slope.T / length[:, None] for own in both]
+    own_ways = [WAYS[one.plane or "w"] for one in across]
+    (_, first), (shown, second) = values(along, ["along"] * len(along)), values(across, own_ways)
     ropes, weights = network.ropes[::3].astype(np.float64), 0.5 * weights
     mass = ropes * [piece.rope.density * piece.rest.length for piece in network.pieces]
-    moved = both[1] ** 2 @ weights * mass
-    moved[[one.clamped for one in across]] /= ropes  # of ropes side by side one
+    moved = shown**2 @ weights * mass
+    alone = [one.clamped for one in across]
+    moved[alone] /= ropes  # of ropes side by side one
     coordinates = tuple(
         np.array([_moved_in(network, mode) for mode in modes]).reshape(len(modes), len(network.motion.names))
         for modes in (along, across)
     )
+    beside, more, measure = None, (0.0, 0.0), 1.0
+    if hanging:
+        rests, inside = [piece.rest for piece in network.pieces], 0.5 * (x + 1.0)
+        forces = np.array([own.force_at(own.start + inside * own.length) for own in rests])
+        pull = np.hypot(forces[:, 0], forces[:, 1])
+        cosine, sine = forces[:, 0] / pull, forces[:, 1] / pull
+        unstretched = np.array([own.length for own in rests])
+        measure = ((length / unstretched)[:, None] / (1.0 + pull / rigidity[:, None])) ** 2
+        out = np.array([one.plane == "v" for one in across], dtype=bool)[:, None, None]
+        (beyond, w), (_, u) = (
+            values(along, ["across"] * len(along)),
+            values(across, ["along"] * len(across)),
+        )
+        turned = np.stack([cosine * w - sine * first, 0.0 * w], axis=1)
+        first, stretched = cosine * first + sine * w, np.where(out, 0.0, cosine * u + sine * second)
+        second, beside = np.where(out, second, cosine * second - sine * u), (turned, stretched)
+        axial, lateral = np.array(
+            [(own.rope.axial_damping, own.rope.transverse_damping) for own in network.pieces]
+        ).T
+        lost = stretched**2 @ weights * (ropes * length * axial)
+        lost[alone] /= ropes
+        rubbed = (coordinates[1] @ network.dampers.dense.T) ** 2 @ network.dampers.values
+        more = (beyond**2 @ weights * mass) @ lateral, lost.sum(axis=1) + rubbed
     return Waves(
         network=network,
         along=along,
         across=across,
-        slopes=(slopes[0], slopes[1]),
+        slopes=(first, second),
+        beside=beside,
+        more=more,
+        measure=measure,
         weights=weights,
         inside=0.5 * (x + 1.0),
         length=length,
         rigidity=rigidity,
         ropes=ropes,
         moved=moved,
-        shapes=both[1],
+        shapes=shown,
         coordinates=(coordinates[0], coordinates[1]),
     )
 

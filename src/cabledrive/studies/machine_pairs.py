@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from cabledrive.mechanics.network import network_of
-from cabledrive.modal import Mode, Modes
+from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
-from cabledrive.modal.natural import straight_modes
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.modal.tuning import Pair
@@ -28,6 +28,8 @@ MISSING = {
 }
 _TURNING = 1e-6
 """Share of the kinetic energy from which a pulley turns in a mode."""
+_STRETCHES = 0.1
+"""Share of its strain energy in stretch from which a mode across, of a rope that hangs, can excite others."""
 _SHORT = 1.0 / 40.0
 """Length of a section over the longest below which its pairs with the pulley mode are not listed as such."""
 
@@ -42,7 +44,7 @@ class MachinePairs(NamedTuple):
 
     @property
     def doubt(self) -> tuple[str, ...]:
-        """Why straight ropes are in doubt as their model."""
+        """Why the modes are in doubt."""
         reason = self.modes.certified_reason
         return (f"modes not certified: {reason}",) if reason else ()
 
@@ -52,25 +54,37 @@ def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     machine = as_machine(drive, turned=True)
     near.refuse_running(machine, "a pair of modes")
     network, names = network_of(machine), {one.name for one in machine.pulley}
-    straight = Spectrum(network_of_routes(network, hanging=False))
-    first = straight.first({LONGITUDINAL: 10, TRANSVERSE: 10}, distinct=True)
-    shares = ((one, one.kinetic_shares) for one in first[LONGITUDINAL][0])
+    spectrum = Spectrum(network_of_routes(network))
+    along = (
+        one for n in (1, 10) for one in spectrum.first({LONGITUDINAL: n}, distinct=True)[LONGITUDINAL][0]
+    )
+    shares = ((one, one.kinetic_shares) for one in along)
     turning = (one for one, own in shares if any(own.get(name, 0.0) > _TURNING for name in names))
     pulley = next(turning, None)
     if pulley is None:
         raise InputRefused("no pulley turns in the first longitudinal modes: there is no pulley mode to tune")
     lowest: dict[str, Mode] = {}  # of each span, across
-    for mode in first[TRANSVERSE][0]:
+    for mode in spectrum.first({TRANSVERSE: 10}, distinct=True)[TRANSVERSE][0]:
         lowest.setdefault(mode.span or "", mode)
     nearest = min(lowest.values(), key=lambda mode: abs(mode.frequency / pulley.frequency - 0.5))
     longest = max((one.section[1] - one.section[0] for one in tunings), default=0.0)
     tunings = [one for one in tunings if one.section[1] - one.section[0] >= _SHORT * longest]
     highest = near.HIGHEST * pulley.frequency
     most = max((one.transverse_frequency for one in tunings), default=0.0)
-    found = straight_modes(machine, below=max(highest, most) * 1.0001)
-    along = [mode for mode in found.longitudinal if not mode.clamped and mode.frequency <= highest]
-    reach = max((1.0 + near.NEAR) * max(mode.frequency for mode in along), most * 1.0001)
-    waves = waves_of(network, along, [mode for mode in found.transverse if mode.frequency <= reach])
+    found = modes(machine, below=max(highest, most) * 1.0001)
+    stretching = [
+        mode
+        for mode in found.modes
+        if not mode.clamped
+        and mode.frequency <= highest
+        and (
+            mode.kind == LONGITUDINAL
+            or sum(own for (_, way, _), own in mode.places.items() if way == ALONG) > _STRETCHES
+        )
+    ]
+    reach = max((1.0 + near.NEAR) * max(mode.frequency for mode in stretching), most * 1.0001)
+    across = [mode for mode in found.transverse if mode.frequency <= reach]
+    waves = waves_of(network, stretching, across, hanging=True)
     pairs = near.pairs_of(waves, drive.spans, pulley.frequency, tunings)
     return MachinePairs(pairs, pulley, nearest, found)
 

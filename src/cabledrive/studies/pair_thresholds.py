@@ -41,8 +41,8 @@ WEAKEST = 1e-2
 STILL = "the first motor does not turn in this longitudinal mode"
 TOO_FAR = "no torque at the longitudinal frequency makes it grow: too far from resonance, or not stretched"
 BOTH = "both"
-_SAME = 1e-6
-"""Relative difference up to which frequencies, and the pairs of both planes, are alike."""
+_SAME, _ALIKE = 1e-6, 1e-3
+"""Relative differences up to which frequencies are of one mode, and pairs of both planes are alike."""
 _TURNING = 1e-9
 """Turn of the motor, over the largest in a longitudinal mode, from which its torque excites one."""
 
@@ -91,7 +91,7 @@ def pairs_of(
         key = pair.longitudinal_hz, pair.span, pair.section, pair.numbers
         other = found.setdefault(key, pair)
         first, last = ((*one.transverse_hz, one.coupling) for one in (pair, other))
-        if other is not pair and np.allclose(first, last, rtol=_SAME, atol=0.0):
+        if other is not pair and np.allclose(first, last, rtol=_ALIKE, atol=0.0):
             found[key] = replace(other, plane=BOTH)
         elif other is not pair:
             found[*key, pair.plane] = pair

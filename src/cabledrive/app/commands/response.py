@@ -169,7 +169,7 @@ def response_of_machine(
         "warnings": [
             *([f"a force on {force_on} does not move {motion_of}: zero but for round-off"] if still else []),
             *(["Coulomb friction is left out"] if rubs else []),
-            *route_range_warnings(network_of(drive), hanging=True),
+            *route_range_warnings(network_of(drive)),
         ],
     }
     what = "speed" if speed else "motion"
