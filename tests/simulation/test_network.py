@@ -1,7 +1,7 @@
 """Machines with routes in time: loop, matrices by hand, certified modes, MuJoCo, EXUDYN and Eytelwein."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -303,6 +303,66 @@ def test_a_rope_slides_on_a_guide_at_eytelweins_ratio(measured):
     assert ratio == pytest.approx(np.exp(0.25 * np.pi / 2), rel=2e-3)
     assert found.channel("coulomb_loss")[-1] > 0.0
     assert found.energy_budget_error < 1e-6, found.energy_budget_error
+
+
+SLIDING = """
+[layout]
+span_length = "0.5 m"
+gravity = "0 m/s^2"
+[cable]
+axial_rigidity = "20 kN"
+mass_per_length = "1 g/m"
+pretension = "50 N"
+axial_damping = "{damping} N s"
+[[pulley]]
+radius = "20 mm"
+inertia = "1e-4 kg m^2"
+capstan_friction = 0.1
+wrap_angle = "180 deg"
+[[pulley]]
+radius = "20 mm"
+inertia = "1e-4 kg m^2"
+fixed = true
+"""
+
+
+@pytest.mark.parametrize("segments", [10, 60])
+@pytest.mark.parametrize("damping", [0.3, 2.0, 20.0])
+def test_a_pulley_that_turns_under_its_rope_gains_speed_by_eytelweins_ratio(damping, segments, tmp_path):
+    """The rope stands still, so no damper acts; the torque beyond the limit turns the pulley alone."""
+    path = tmp_path / "loop.toml"
+    path.write_text('schema = 1\nname = "loop"\nkind = "loop"' + SLIDING.format(damping=damping))
+    most = 2.0 * 50.0 * np.tanh(0.5 * 0.1 * np.pi) * 0.02
+    scheme, recording = Scheme(segments=segments, slack="record"), Recording(rate=2000.0)
+    found = cd.simulate(cd.load_drive(path), 0.03, torque=1.05 * most, scheme=scheme, recording=recording)
+    upper, lower = (found.channel(f"mean_tension_{span}")[-1] for span in ("upper", "lower"))
+    assert max(upper / lower, lower / upper) == pytest.approx(np.exp(0.1 * np.pi), rel=1e-9)
+    late = found.time > 0.02
+    gain = np.polyfit(found.time[late], found.channel("drive_speed")[late], 1)[0]
+    assert gain == pytest.approx(0.05 * most / 1e-4, rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1.0])
+def test_a_force_out_of_the_plane_that_begins_at_nothing_moves_as_one_across(damping):
+    """A straight line with a hanging mass and no weight is alike both ways, as a line and as a route."""
+    pulley = cd.Pulley(radius=0.02, inertia=1e-4, fixed=True)
+    line = cd.Drive(
+        name="line",
+        kind="line",
+        cable=cd.Cable(given_rigidity=2e4, mass_per_length=1e-3, pretension=50.0, axial_damping=damping),
+        layout=cd.Layout(span_length=1.0, gravity=0.0),
+        pulley=(pulley, pulley),
+        carriage=(cd.Carriage(mass=0.1, position=0.5, guided=False),),
+    )
+    signal, reached = Sine(amplitude=0.5, frequency=4.77), []
+    for drive, plane in product((line, as_machine(line)), "vw"):
+        pushed = [CarriageForce(signal=signal, plane=plane)]
+        found = cd.simulate(drive, 0.05, scheme=Scheme(segments=24), forces=pushed)
+        sideways = found.probe(0)[:, 1:] if drive is line else found.rows[:, [1, 2]]
+        reached.append(np.abs(sideways).max())
+        assert found.energy_budget_error < 1e-8
+    assert min(reached) > 2e-3
+    np.testing.assert_allclose(reached, reached[0], rtol=1e-4)
 
 
 @pytest.mark.kernel

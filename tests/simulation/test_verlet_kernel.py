@@ -247,7 +247,7 @@ def steps(*arguments):
 def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
     for speed, expected in ((0.1, True), (6.0, False)):
         plan, state, *inputs = taut_setting("loop", planar=planar, speed=speed)
-        plane, out = rows_of(state)
+        plane, out = rows_of(plan, state)
         assert (out is None) == planar
         went = steps(plan, state, new_workspace(plan), tuple(inputs), plane, out)
         assert went == expected

@@ -213,7 +213,7 @@ def turn_damped(plan: Plan, state: State, torque: Array, work: Workspace) -> Non
 @njit_inner
 def pull_by_ends(plan: Plan, q_t: Array, work: Workspace) -> None:
     """Tensions of the dampers at the ends of all pieces by the speeds there, and what these do to q."""
-    d, p, table, ends, nodes = work.direction, work.p, plan.damper, work.ends, plan.nodes
+    d, table, ends, nodes = work.direction, plan.damper, work.ends, plan.nodes
     for piece in range(nodes.shape[0]):
         first, last, own = nodes[piece, 0], nodes[piece, 1] - 1, ends[piece]
         own[2] = -end_speed(plan, piece, 0, q_t, work, -0.5)
@@ -224,10 +224,7 @@ def pull_by_ends(plan: Plan, q_t: Array, work: Workspace) -> None:
             work.pull[piece, 0, axis] = own[4] * d[axis, first]
             work.pull[piece, 1, axis] = own[5] * d[axis, last]
     add_pulls(plan, work, work.force)
-    for piece in range(nodes.shape[0]):  # wraps rub under all that pulls
-        for axis in range(3):
-            work.pull[piece, 0, axis] += p[axis, nodes[piece, 0]]
-            work.pull[piece, 1, axis] += p[axis, nodes[piece, 1] - 1]
+    end_pulls(plan, work.p, work)  # wraps rub under elastic tensions, which no speed of the step changes
 
 
 @njit_inner

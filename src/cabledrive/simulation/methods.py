@@ -126,7 +126,7 @@ def _taut_or_any(given: Given, torque: Array, forces: Array, every: int, rows: A
     from cabledrive.simulation.kernels import integrate
     from cabledrive.simulation.taut import integrate_taut, rows_of
 
-    lines, j = rows_of(given[1]), 0
+    lines, j = rows_of(given[0], given[1]), 0
     damper = given[0].damper if given[0].axial == of.AS_STRAIGHT else None
     while j < len(torque):
         row = j // every

@@ -76,13 +76,15 @@ def move_stops(plan: Plan, state: State, work: Workspace, forces: Array) -> None
     add_to(tallies, int(TRANSVERSE_LOSS), 0.25 * plan.step * squares)
 
 
-def rows_of(state: State) -> Lines:
+def rows_of(plan: Plan, state: State) -> Lines:
     """Rows of displacements and velocities as the quick loops take them: of u and w, and of v.
 
-    None for v where nothing has left the plane of the pulleys, since then nothing does.
+    None for v where nothing has left the plane of the pulleys and no force can push it out.
     """
     (u, v, w), (u_t, v_t, w_t) = state.x, state.x_t
-    return (u, w, u_t, w_t), (v, v_t) if v.any() or v_t.any() else None
+    beside = plan.row_column[np.repeat(np.arange(plan.row_start.size - 1), np.diff(plan.row_start)) % 3 == 1]
+    leaves = v.any() or v_t.any() or (plan.force[:, 1] == 1).any() or plan.motor[:, beside].any()
+    return (u, w, u_t, w_t), (v, v_t) if leaves else None
 
 
 @njit_inner
