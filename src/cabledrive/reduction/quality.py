@@ -10,10 +10,11 @@ from cabledrive.mechanics.holding import FREE, released
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal import natural_frequencies
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, Lumped
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import (
+    LumpedChain,
     highest_model,
     lumped_model,
     natural_frequencies_of,
@@ -44,6 +45,39 @@ def distributed(drive: Drive) -> Any:
     length = drive.span_length
     cable = replace(drive.cable.with_rigidity(stiffness * length), axial_damping=damping * length)
     return replace(drive, cable=cable, lumped=None)
+
+
+def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
+    """A drive whose lumped chain is the one given, its cable's stiffness and damping those of its EA."""
+    first, second = drive.pulley
+    gear, spans = second.radius / first.radius, len(drive.spans)
+    load = replace(
+        second,
+        inertia=chain.inertias[-1] * gear**2,
+        viscous_friction=chain.viscous[-1] * gear**2,
+        coulomb_friction=chain.coulomb[-1] * gear,
+    )
+    motor = drive.motor
+    if motor is not None:
+        rigid = motor.joint_stiffness is None
+        own = replace(
+            motor,
+            inertia=chain.inertias[0] - (first.inertia if rigid else 0.0),
+            viscous_friction=chain.viscous[0] - (first.viscous_friction if rigid else 0.0),
+            coulomb_friction=chain.coulomb[0] - (first.coulomb_friction if rigid else 0.0),
+            offset_torque=chain.offsets[0],
+        )
+        if not rigid:
+            own = replace(own, joint_stiffness=chain.stiffness[0], joint_damping=chain.damping[0])
+            first = replace(first, inertia=chain.inertias[1])
+        motor = own
+    else:
+        first = replace(first, inertia=chain.inertias[0])
+    lumped = Lumped(
+        cable_stiffness=chain.stiffness[-1] / (spans * first.radius**2),
+        cable_damping=chain.damping[-1] / (spans * first.radius),
+    )
+    return distributed(replace(drive, pulley=(first, load), motor=motor, lumped=lumped))
 
 
 def exact_frequencies(drive: Drive, count: int) -> Array:

@@ -10,7 +10,7 @@ bound at its own frequency, and the threshold is zero.
 """
 
 from itertools import pairwise
-from math import log, pi
+from math import log, pi, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -162,3 +162,23 @@ def coulomb_onset_torque(model: AutoparametricModel) -> float:
     Returns [N m].
     """
     return 4.0 / pi * model.coulomb_force / abs(model.torque_arm)
+
+
+def pair_threshold(natural: float, across: Array, loss: Array) -> float:
+    """Amplitude times coupling above which two modes of decay rates ``loss`` grow, Eq. (A.33) [1/s^2]."""
+    (a, b), turning = across.tolist(), float(across.prod())
+    if a != b:
+        least = lost_square(loss[0], loss[1], natural - a - b)
+    else:  # as the averaged equations count it
+        detuning, turning = 0.5 * natural - 2.0 * a**2 / natural, 0.25 * natural**2
+        least = lost_square(loss[0], loss[1], detuning)
+        least = with_third_harmonic(least, np.array(-0.5 * detuning), np.array(0.5 * natural))
+    return 4.0 * sqrt(turning) * float(np.sqrt(least))
+
+
+def lost_square(first: ArrayLike, second: ArrayLike, detuning: ArrayLike) -> Array:
+    """Square of the growth rate that two modes with these decay rates lose [1/s^2]."""
+    a, b, off = np.asarray(first), np.asarray(second), np.asarray(detuning)
+    both = a + b
+    damped = a * b * (1.0 + (off / np.where(both > 0.0, both, 1.0)) ** 2)
+    return np.where(both > 0.0, damped, 0.25 * off**2)

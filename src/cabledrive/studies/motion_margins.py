@@ -287,6 +287,8 @@ def _pulley(
 def _motors(drive: RoutedDrive, found: MotionTensions) -> tuple[MotorMargin, ...]:
     rows, torques = [], found.torque + found.holding
     for m, (number, torque) in enumerate(zip(drive.turned, torques.T, strict=True)):
+        if number in drive.loads:  # what it is given is no motor's to hold
+            continue
         motor = drive.motor[m] if drive.motor else None
         rows.append(
             MotorMargin(

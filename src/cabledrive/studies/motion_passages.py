@@ -6,9 +6,10 @@ from math import pi
 import numpy as np
 
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.threshold import lost_square
 from cabledrive.studies.motion_response import PreparedMotion
 from cabledrive.studies.motion_stages import interpolated
-from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM, lost_square, near_pairs
+from cabledrive.studies.pair_thresholds import ONE_TO_TWO, SUM, near_pairs
 
 INSTANTS = 2000
 

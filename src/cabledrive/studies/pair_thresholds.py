@@ -14,16 +14,15 @@ by :math:`\theta`, gives :math:`Q = M\theta/(W c)` with modal damping c.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import inf, pi, sqrt
+from math import inf, pi
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive
-from cabledrive.reduction.threshold import with_third_harmonic
+from cabledrive.reduction.threshold import pair_threshold
 from cabledrive.reduction.waves import Waves
 
 ONE_TO_TWO, SUM = "1:2", "sum"
@@ -130,7 +129,7 @@ def _pairs(
         # A stretch that the mode does not strain is listed as well, with the reason.
         strengths = np.maximum(strength, 1e-300 * own)
         for i, j in near_pairs(strengths, np.where(own, 0.0, np.abs(detunings) / natural)):
-            amplitude = _threshold(natural, across[[i, j]], 0.5 * losses[[i, j]]) / float(strengths[i, j])
+            amplitude = pair_threshold(natural, across[[i, j]], 0.5 * losses[[i, j]]) / float(strengths[i, j])
             grows, strain = bool(np.isfinite(amplitude)), np.abs(waves.slopes[0][number]).max()
             slopes = [waves.slopes[0][number], *waves.slopes[1][[i, j]]]
             count = 1 if waves.across[i].clamped or waves.across[j].clamped else waves.ropes
@@ -156,26 +155,6 @@ def _pairs(
                 reason="" if torque is not None else TOO_FAR if turn else STILL,
                 tuning=tuned.get(i) if own[i, j] else None,
             )
-
-
-def _threshold(natural: float, across: Array, loss: Array) -> float:
-    """Amplitude times coupling above which two modes of decay rates ``loss`` grow, Eq. (A.33) [1/s^2]."""
-    (a, b), turning = across.tolist(), float(across.prod())
-    if a != b:
-        least = lost_square(loss[0], loss[1], natural - a - b)
-    else:  # as the averaged equations count it
-        detuning, turning = 0.5 * natural - 2.0 * a**2 / natural, 0.25 * natural**2
-        least = lost_square(loss[0], loss[1], detuning)
-        least = with_third_harmonic(least, np.array(-0.5 * detuning), np.array(0.5 * natural))
-    return 4.0 * sqrt(turning) * float(np.sqrt(least))
-
-
-def lost_square(first: ArrayLike, second: ArrayLike, detuning: ArrayLike) -> Array:
-    """Square of the growth rate that two modes with these decay rates lose [1/s^2]."""
-    a, b, off = np.asarray(first), np.asarray(second), np.asarray(detuning)
-    both = a + b
-    damped = a * b * (1.0 + (off / np.where(both > 0.0, both, 1.0)) ** 2)
-    return np.where(both > 0.0, damped, 0.25 * off**2)
 
 
 def near_pairs(strength: Array, detuning: Array) -> list[list[int]]:

@@ -19,6 +19,7 @@ from cabledrive.app.options import (
 from cabledrive.app.results import Answer, NewFile
 from cabledrive.app.tracked import answer_of_run, two_motor_answer
 from cabledrive.parameters import load_drive
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 OF_THE_RIG = (
     *("observer", "feedback", "encoder_phase", "ideal_sensors", "smooth_friction", "as_printed"),
@@ -133,6 +134,8 @@ def command(
 
     if is_winched(drive):
         return two_motor_answer(drive, plant_settings, spec)
+    if animate is not None:
+        require_two_pulleys(drive, "--animate")
     refuse_given(
         "moves", "least_tension", "gust", why="is for a body between two winches: this drive has none"
     )

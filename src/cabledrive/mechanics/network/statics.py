@@ -95,7 +95,7 @@ def statics_of(
     Raises `InputRefused` if no tensions balance the bodies, they are not determined, or one is not positive;
     `NotComputed` if none are found.
     """
-    motion = Motion(drive, hold=tuple(drive.pulley[i].name for i in (drive.driven if held is None else held)))
+    motion = Motion(drive, hold=tuple(drive.pulley[i].name for i in (drive.held if held is None else held)))
     stretches, total = at_rest(drive, motion, torques)
     for span, own in zip(drive.free_spans, stretches, strict=True):
         lowest = min(one.pull for one in own)

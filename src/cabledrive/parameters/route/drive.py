@@ -1,7 +1,7 @@
 """A machine of kind "route": bodies, pulleys, anchors and the ways of its cables, checked."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -39,6 +39,7 @@ class RoutedDrive(MachineBase):
     route: tuple[Route, ...] = meaning("in the order of the file")
     carriage: tuple[RoutedCarriage, ...] = meaning("in the order of the file", ())
     motor: tuple[RoutedMotor, ...] = meaning("in the order of the file", ())
+    loads: tuple[int, ...] = field(default=(), metadata={"file": False})  # driven pulleys that nothing holds
 
     def __post_init__(self) -> None:
         MachineBase.__post_init__(self)
@@ -95,6 +96,11 @@ class RoutedDrive(MachineBase):
                 raise InputRefused(f'pulley "{names[pulley]}" has two motors: give each motor its pulley')
             found.append(pulley)
         return tuple(found)
+
+    @property
+    def held(self) -> tuple[int, ...]:
+        """Number of each pulley that its motor holds at rest."""
+        return tuple(number for number in self.driven if number not in self.loads)
 
     @property
     def turned(self) -> tuple[int, ...]:

@@ -69,6 +69,7 @@ def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) ->
             for own in drive.carriage
         ),
         motor=tuple(motors),
+        loads=(1,) if loaded else (),
         route=(Route(name="cable", path=tuple(f"-{name}" for name in NAMES), closed=drive.kind == "loop"),),
     )
 

@@ -244,7 +244,10 @@ def cable_words(cable: CablePlant, score: dict[str, float], angle: float) -> dic
     length, density = mesh.parts[longest][0].where.length / stretch, float(mesh.density[longest]) * stretch
     known = drive.axis.words.get("frequencies_hz")  # not the modes of another axis
     along = known[0] if known else float(natural_frequencies(cable.machine, count=1)[0])
-    across = min(m.frequency for m in modes(cable.machine, count=1).modes if m.kind == "transverse")
+    lowest: dict[str | None, float] = {}  # of each span
+    for mode in modes(cable.machine, count=10).transverse:
+        lowest.setdefault(mode.span, mode.frequency)
+    across = min(lowest.values(), key=lambda frequency: abs(frequency / along - 0.5))
     ratio = across / along
     return {
         "segments": int(np.diff(mesh.nodes).max()),

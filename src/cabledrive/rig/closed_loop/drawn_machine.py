@@ -6,18 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.parameters import Drive, Lumped
+from cabledrive.mechanics.network.motion import ALONG
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis
-from cabledrive.reduction.quality import distributed
+from cabledrive.reduction.quality import drive_like
 from cabledrive.rig.laws.controllers import plant_chain
 
 
 def machine_like(drive: Drive, chain: LumpedChain) -> Machine:
     """The machine of an axis whose lumped chain is the one given; of routes to first order."""
-    return _routes_like(drive, chain) if drive.chain_of else _loop_like(drive, chain)
+    return _routes_like(drive, chain) if drive.chain_of else drive_like(drive, chain)
+
+
+_ROUND_OFF = 1e-9
 
 
 @lru_cache(maxsize=8)
@@ -26,12 +30,20 @@ def _chain_of(machine: Machine, load: str) -> LumpedChain:
     return plant_chain(as_axis(machine, load), None)
 
 
+def _more(chain: LumpedChain, usual: LumpedChain, name: str) -> list[float]:
+    """What one chain has more than another, round-off left out."""
+    now, before = np.array([getattr(chain, name), getattr(usual, name)])
+    return np.where(np.abs(now - before) > _ROUND_OFF * before.max(), now - before, 0.0).tolist()
+
+
 def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
-    """Ropes and friction before the load are scaled; load and motors, by their share, get what is more."""
+    """Ropes and joints are scaled; load and motors, by their share, get what there is more of the rest.
+
+    What motors have not to give of less friction is taken from all that rubs before the load.
+    """
     axis, machine = drive.axis, as_machine(drive.axis.machine)
-    usual = _chain_of(machine, axis.load)
-    gain, named, motors = abs(axis.gain), axis.load.split(".")[0], len(machine.motor)
-    heavier = np.subtract(chain.inertias, usual.inertias)
+    usual, gain, motors = _chain_of(machine, axis.load), abs(axis.gain), len(machine.motor)
+    more = {name: _more(chain, usual, name) for name in ("inertias", "viscous", "coulomb")}
 
     def factor(name: str, place: int) -> float:
         now, before = (getattr(own, name)[place] for own in (chain, usual))
@@ -42,66 +54,44 @@ def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
         own = {name: getattr(part, name, None) for name in by}
         return replace(part, **{name: by[name] * value for name, value in own.items() if value is not None})
 
-    def loaded(part: Any, mass: str, friction: str = "") -> Any:
-        if part.name != named:
+    def kept(name: str, key: str) -> float:
+        """Factor of friction that motors cannot make less by themselves."""
+        least = min(getattr(own, key) for own in machine.motor) + more[name][0] / motors
+        return 1.0 if least >= 0.0 else factor(name, 0)
+
+    friction = {name: kept(name, f"{name}_friction") for name in ("viscous", "coulomb")}
+    rubs = {"viscous_friction": friction["viscous"], "damping": friction["viscous"]}
+    rubs |= {"coulomb_friction": friction["coulomb"]}
+
+    def loaded(part: Any, name: str, mass: str, viscous: str = "") -> Any:
+        if name != axis.load.removesuffix(f" {ALONG}").split(".")[0]:
             return scaled(part, **rubs)
-        own = {mass: getattr(part, mass) + float(heavier[-1]) / gain**2}
-        if friction:
-            own |= {friction: chain.viscous[-1] / gain**2, "coulomb_friction": chain.coulomb[-1] / gain}
+        own = {mass: getattr(part, mass) + more["inertias"][-1] / gain**2}
+        if viscous:
+            own |= {viscous: chain.viscous[-1] / gain**2, "coulomb_friction": chain.coulomb[-1] / gain}
+        elif max(abs(more["viscous"][-1]), abs(more["coulomb"][-1])) > 0.0:
+            raise InputRefused(f"{axis.load}: a carriage has no friction to vary: make it a body")
         return replace(part, **own)
 
     def driving(motor: Any) -> Any:
-        own = {"inertia": motor.inertia + float(heavier[0]) / motors}
-        for name, key in (("viscous", "viscous_friction"), ("coulomb", "coulomb_friction")):
-            more = getattr(chain, name)[0] / motors if getattr(usual, name)[0] == 0.0 else 0.0
-            own[key] = factor(name, 0) * getattr(motor, key) + more
+        own = {"inertia": motor.inertia + more["inertias"][0] / motors}
+        for name, by in friction.items():
+            now = getattr(motor, f"{name}_friction")
+            own[f"{name}_friction"] = by * now + (more[name][0] / motors if by == 1.0 else 0.0)
         return replace(scaled(motor, **joint), **own)
 
     stiffer = factor("stiffness", -1)
     rope = {"given_rigidity": stiffer, "youngs_modulus": stiffer, "axial_damping": factor("damping", -1)}
-    viscous, coulomb = factor("viscous", 0), factor("coulomb", 0)
-    rubs = {"viscous_friction": viscous, "damping": viscous, "coulomb_friction": coulomb}
-    flexible = chain.size > 2
-    joint = {f"joint_{name}": factor(name, 0) for name in ("stiffness", "damping") if flexible}
+    joint = {f"joint_{name}": factor(name, 0) for name in ("stiffness", "damping") if chain.size > 2}
+    names = [own.name or f"carriage {number}" for number, own in enumerate(machine.carriage)]
     return replace(
         machine,
         cable=machine.cable and scaled(machine.cable, **rope),
         route=tuple(scaled(own, **rope) for own in machine.route),
-        body=tuple(loaded(own, "inertia" if own.pivot else "mass", "damping") for own in machine.body),
-        pulley=tuple(loaded(own, "inertia", "viscous_friction") for own in machine.pulley),
-        carriage=tuple(loaded(own, "mass") for own in machine.carriage),
+        body=tuple(
+            loaded(own, own.name, "inertia" if own.pivot else "mass", "damping") for own in machine.body
+        ),
+        pulley=tuple(loaded(own, own.name, "inertia", "viscous_friction") for own in machine.pulley),
+        carriage=tuple(map(loaded, machine.carriage, names, ["mass"] * len(names))),
         motor=tuple(map(driving, machine.motor)),
     )
-
-
-def _loop_like(drive: Drive, chain: LumpedChain) -> Drive:
-    """A drive whose lumped chain is the one given, its cable's stiffness and damping those of its EA."""
-    first, second = drive.pulley
-    gear, spans = second.radius / first.radius, len(drive.spans)
-    load = replace(
-        second,
-        inertia=chain.inertias[-1] * gear**2,
-        viscous_friction=chain.viscous[-1] * gear**2,
-        coulomb_friction=chain.coulomb[-1] * gear,
-    )
-    motor = drive.motor
-    if motor is not None:
-        rigid = motor.joint_stiffness is None
-        own = replace(
-            motor,
-            inertia=chain.inertias[0] - (first.inertia if rigid else 0.0),
-            viscous_friction=chain.viscous[0] - (first.viscous_friction if rigid else 0.0),
-            coulomb_friction=chain.coulomb[0] - (first.coulomb_friction if rigid else 0.0),
-            offset_torque=chain.offsets[0],
-        )
-        if not rigid:
-            own = replace(own, joint_stiffness=chain.stiffness[0], joint_damping=chain.damping[0])
-            first = replace(first, inertia=chain.inertias[1])
-        motor = own
-    else:
-        first = replace(first, inertia=chain.inertias[0])
-    lumped = Lumped(
-        cable_stiffness=chain.stiffness[-1] / (spans * first.radius**2),
-        cable_damping=chain.damping[-1] / (spans * first.radius),
-    )
-    return distributed(replace(drive, pulley=(first, load), motor=motor, lumped=lumped))
