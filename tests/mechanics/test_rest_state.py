@@ -14,6 +14,7 @@ from cabledrive.mechanics import rest_state
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
 from cabledrive.mechanics.mesh import gradients, mesh_of, weights_of
 from cabledrive.mechanics.network.motion import gravity
+from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.drive_file import load_drive
@@ -231,3 +232,12 @@ def test_forces_are_minus_the_derivative_of_the_energy(name, kind):
 def test_a_useless_division_is_refused(segments, words):
     with pytest.raises(InputRefused, match=words):
         mesh_of(DRIVE, segments)
+
+
+@pytest.mark.parametrize("name", ["elevator", "camera-line", "dissertation-2"])
+def test_a_torque_on_the_load_pulley_holds_nothing_at_rest(name):
+    """A column of load torque makes its pulley one that a torque turns, which stands where it would."""
+    drive = load_drive(name)
+    plain, loaded = (statics_of(as_machine(drive, loaded=own, turned=True)) for own in (False, True))
+    assert_allclose(loaded.start, plain.start, rtol=1e-12)
+    assert_allclose(loaded.end, plain.end, rtol=1e-12)

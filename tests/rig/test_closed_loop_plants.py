@@ -251,6 +251,95 @@ def test_idlers_that_rub_hold_back_a_load_on_ropes_more_than_in_its_chain(measur
     assert peaks[3] == pytest.approx(peaks[2], rel=0.03)
 
 
+UPRIGHT = """
+schema = 1
+name = "upright"
+kind = "route"
+cable = { axial_rigidity = "20 kN", mass_per_length = "10 g/m", pretension = "100 N" }
+body = [{ name = "head", mass = "0.9 kg", at = ["15 mm", "0.3 m"], moves = "y", travel = "0.1 : 0.6 m" }]
+route = [{ name = "belt", path = ["l", "-drive", "-far", "r"] }]
+motor = { pulley = "drive", inertia = "6e-5 kg m^2", torque_limit = "0.4 N m" }
+sensors = { motor_encoder = 20000, sample_rate = "4 kHz" }
+[[pulley]]
+name = "drive"
+at = ["0 m", "0 m"]
+radius = "15 mm"
+inertia = "1e-6 kg m^2"
+[[pulley]]
+name = "far"
+at = ["0 m", "0.8 m"]
+radius = "15 mm"
+inertia = "1e-6 kg m^2"
+[[anchor]]
+name = "l"
+on = "head"
+at = ["15 mm", "0.28 m"]
+[[anchor]]
+name = "r"
+on = "head"
+at = ["15 mm", "0.32 m"]
+"""
+
+
+def upright(tmp_path, text=UPRIGHT):
+    path = tmp_path / "upright.toml"
+    path.write_text(text)
+    return load_drive(path)
+
+
+def test_what_a_motor_holds_at_rest_is_off_its_limit(tmp_path):
+    """m g r of the head; a motor that cannot hold it is refused."""
+    weight = (0.9 + 0.04 * 0.01) * 9.81 * 0.015
+    axis = as_axis(upright(tmp_path))
+    assert axis.motor.torque_limit == pytest.approx(0.4 - weight, rel=1e-3)
+    assert axis.axis.words["held_torque"] == pytest.approx(weight, rel=1e-3)
+    with pytest.raises(cd.InputRefused, match=r"to hold 0\.132"):
+        as_axis(upright(tmp_path, UPRIGHT.replace("0.4 N m", "0.1 N m")))
+
+
+def test_a_way_beyond_what_a_body_may_travel_is_refused(tmp_path):
+    drive = upright(tmp_path)
+    for angle in (1500.0, -1000.0):
+        with pytest.raises(cd.InputRefused, match="outside its travel"):
+            cd.track(drive, controller="pd", motion=Motion(angle=angle, rise=5.0))
+
+
+def test_a_drawn_machine_has_the_drawn_load_be_it_a_body_or_a_carriage(tmp_path):
+    """A carriage clamped to a closed belt, and friction that is round-off before the load."""
+    lines = [
+        'carriage = [{ name = "head", mass = "0.9 kg", position = "0.3 m" }]',
+        'route = [{ name = "belt", closed = true, path = ["-drive", "-far"] }]',
+    ]
+    kept = [
+        line for line in UPRIGHT.split("[[anchor]]")[0].splitlines() if not line.startswith(("body", "route"))
+    ]
+    start = kept.index('kind = "route"') + 1
+    belt = upright(tmp_path, "\n".join([*kept[:start], *lines, *kept[start:]]))
+    belt = replace(belt, layout=replace(belt.layout, gravity=0.0))
+    for name, drive in (("carriage", belt), ("corexy", load_drive("corexy"))):
+        drive = as_axis(drive)
+        usual = plant_chain(drive, None)
+        heavier = (*usual.inertias[:-1], 1.3 * usual.inertias[-1])
+        coulomb = (usual.coulomb[0] + 0.02 * (name == "corexy"), *usual.coulomb[1:])
+        wanted = replace(usual, inertias=heavier, coulomb=coulomb)
+        found = plant_chain(as_axis(machine_like(drive, wanted), drive.axis.load), None)
+        np.testing.assert_allclose(found.inertias, wanted.inertias, rtol=3e-3)
+        np.testing.assert_allclose(found.coulomb, wanted.coulomb, atol=1e-12)
+
+
+def test_the_cable_as_plant_names_the_span_nearest_to_1_to_2(tmp_path):
+    """Of spans of unlike lengths the shorter one is tuned."""
+    text = UPRIGHT.replace("upright", "tuned").replace('pretension = "100 N"', 'pretension = "24.4 N"')
+    drive = upright(tmp_path, text + '[layout]\ngravity = "0 m/s^2"\n')
+    said = cd.track(drive, controller="pd", plant="cable", motion=Motion(angle=20.0, rise=0.5)).summary[
+        "cable"
+    ]
+    spans = {one.span: one.frequency for one in reversed(cd.modes(drive, count=10).transverse)}
+    ratios = [frequency / said["pulley_mode_hz"] for frequency in spans.values()]
+    assert said["frequency_ratio"] == pytest.approx(min(ratios, key=lambda one: abs(one - 0.5)))
+    assert len(set(np.round(ratios, 3))) > 1
+
+
 # --- Parts of the loop that few runs enter
 BRIEF = Motion(angle=0.05, rise=0.02, dwell=0.002)
 

@@ -37,6 +37,7 @@ TRACKING = (
     Row("axis.off_the_end", "off the end", "%", ".2g", 100.0),
     Row("axis.sag", "left out", kind="note"),
     Row("axis.coupled", "coupling", kind="note"),
+    Row("axis.held_torque", "held at rest, beside what is shown, and off the limit", "N m", kind="number?"),
     Row("learnt.used_reason", "nothing learnt"),
     Row("learnt.beta", "learnt, beta", "1/s^2", ".1f"),
     Row("learnt.inertia.value", "learnt, inertia", "kg m^2"),

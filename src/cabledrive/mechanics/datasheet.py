@@ -285,7 +285,7 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
             f"a span sags by {sheet.static_sag:.3g} m, {rounded(100 * sheet.sag_ratio, 3)}% of its length "
             f"(small: {SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} "
             f"(small: {SMALL_IRVINE:g}): the modes are those of the hanging rope; "
-            f"lumped models and the internal resonance take a straight cable; {advice} to straighten it"
+            f"lumped models and tuned pretensions take a straight cable; {advice} to straighten it"
         )
 
 

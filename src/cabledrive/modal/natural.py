@@ -97,7 +97,9 @@ def modes(
         return listed
     found = replace(_limited(listed, spectrum, network), at_torque=at_torque, drive_hash=content_hash(drive))
     slack = (f"{slack_line(one)}; its transverse modes are not listed" for one in spectrum.network.slack[:1])
-    return replace(found, warnings=(*found.warnings, *warnings_of_rest(drive), *slack))
+    words = "without the torque " * bool(at_torque)
+    at_rest = (f"{words}{line}" for line in warnings_of_rest(drive))
+    return replace(found, warnings=(*found.warnings, *at_rest, *slack))
 
 
 def spectrum_of(

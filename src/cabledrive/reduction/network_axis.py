@@ -6,6 +6,7 @@ tension :math:`\tau_s/2r` that vanishes at the torque :math:`\tau_s` at which th
 slack.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,8 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
 def axis_drive(chain: NetworkChain) -> Drive:
     """The drive for control of a chain whose load is its end."""
     machine = chain.network.drive
-    motors = list(machine.motor)
+    held = np.abs(chain.network.statics.torques)[list(machine.driven)].tolist()
+    motors = [_left_by_weight(*own) for own in zip(machine.motor, held, strict=True)]
     joint = motors[0].joint_stiffness is not None
     radius, gain = machine.pulley[machine.driven[0]].radius, abs(chain.gain)
     motion = chain.network.motion
@@ -119,7 +121,9 @@ def axis_drive(chain: NetworkChain) -> Drive:
             load=chain.load,
             gain=chain.gain,
             slides=slides,
-            words=chain_words(chain) | {"slack_torque": slack_torque(chain), "slides": slides},
+            words=chain_words(chain)
+            | {"slack_torque": slack_torque(chain), "slides": slides}
+            | ({"held_torque": max(held)} if max(held) > 1e-9 * slack_torque(chain) else {}),
         ),
     )
 
@@ -172,6 +176,7 @@ def axis_notes(drive: Drive) -> tuple[str, ...]:
     coupled = [axis.words["coupled"]] if axis.words["coupled"] else []
     return (
         f"axis {axis.load} of a machine with routes, {axis.gain:.6g} {unit}; lumped chain, links linear",
+        f"slack from {axis.words['slack_torque']:.4g} N m on either way, where the first span can be slack",
         *coupled,
     )
 
@@ -228,6 +233,17 @@ def motor_turn(network: Network, motors: dict[str, float], *, rotors: bool = Tru
     names, turn = [pulley.name for pulley in network.drive.pulley], rotor_turn if rotors else relative_turn
     turns = (sign * turn(network.motion, names.index(name)) for name, sign in motors.items())
     return np.asarray(network.motion.dense(*turns).mean(axis=0))
+
+
+def _left_by_weight(motor: RoutedMotor, held: float) -> RoutedMotor:
+    """A motor with what is left of its torque by what it holds at rest [N m], either way."""
+    limit = motor.torque_limit
+    if limit is None or held <= 1e-9 * limit:
+        return motor
+    if held >= limit:
+        said = f"motor.torque_limit = {limit:.4g} N m of {motor.pulley or 'the first pulley'}: it has to hold"
+        raise InputRefused(f"{said} {held:.4g} N m at rest, by weights or the pull of its rope: raise it")
+    return replace(motor, torque_limit=limit - held)
 
 
 def _motor(motors: list[RoutedMotor], inertia: float, chain: NetworkChain) -> Motor:

@@ -13,6 +13,8 @@ from cabledrive.control.own_controller import checked_controller
 from cabledrive.control.regression import RepetitionLearning, lifted, repetition_learning, torque_along
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route.parts import require_within_travel
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
@@ -104,6 +106,7 @@ def check_clock(drive: Drive, actual: Drive) -> None:
 def check_motion(drive: Drive, motion: Motion) -> None:
     """Refuse a motion beyond the speed, the torque or the slack torque of a drive."""
     _ = motion.trajectory  # refuses what is no motion
+    check_way(drive, motion.angle * DEGREE)
     limits = move_limits(drive)
     demand = peak_demand(limits, motion.angle * DEGREE, motion.rise, motion.rise_order)
     bounds = {"speed": "rad/s", "torque": "N m"}
@@ -115,6 +118,15 @@ def check_motion(drive: Drive, motion: Motion) -> None:
                 f"{motion.angle:.4g} deg in {motion.rise:.4g} s asks for a {name.replace('_', ' ')} of up to "
                 f"{demand[name]:.4g} {unit}, above {getattr(limits, name):.4g} {unit}: take longer, turn less"
             )
+
+
+def check_way(drive: Drive, angle: float) -> None:
+    """Refuse a way of the load [rad] that leaves what its body may travel."""
+    name, _, move = drive.axis.load.rpartition(".")
+    for body in as_machine(drive.axis.machine).body:
+        if body.name == name:
+            start = 0.0 if move == "turn" else body.at["xy".index(move)]
+            require_within_travel(body, start + drive.axis.per_angle * angle)
 
 
 NODE_TIME = 4e-3

@@ -275,7 +275,8 @@ def _standing(drive: RoutedDrive) -> Iterator[tuple[int, Place, int]]:
         own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
         for i, place in ((own[0], drive.free_spans[own[0]].start), (own[-1], drive.free_spans[own[-1]].end)):
             drum = place.pulley if not data.closed else None
-            if drum is not None and drum not in drive.turned and not drive.pulley[drum].fixed:
+            stands = drum in drive.turned and drum not in drive.loads
+            if drum is not None and not stands and not drive.pulley[drum].fixed:
                 yield drum, place, i
 
 
@@ -361,6 +362,6 @@ def unheld_words(motion: Motion, statics: Statics) -> list[str]:
         "does"
         for number, (pulley, torque) in enumerate(zip(drive.pulley, statics.torques, strict=True))
         if motion.turns(number)
-        and number not in drive.turned
+        and number not in set(drive.turned) - set(drive.loads)
         and abs(torque) > pulley.coulomb_friction + _BALANCED * largest * pulley.radius
     ]

@@ -16,6 +16,7 @@ from cabledrive.reduction.quality import exact_frequencies
 from cabledrive.rig.carriage import ORDER
 from cabledrive.rig.laws.controllers import SHAFTS
 from cabledrive.rig.setting import DEGREE, Motion
+from cabledrive.rig.trial import check_way
 from cabledrive.studies.study.carriage import MARGIN, missing_for_carriage
 from cabledrive.studies.study.goals import Goals
 from cabledrive.studies.study.machine import Demand, DemandResult, values_of
@@ -103,6 +104,7 @@ def goals_for(drive: Drive, goals: Goals) -> Goals:
         angle = angle if goals.travel is None else goals.travel / gain
         error = error if goals.carriage_error is None else goals.carriage_error / gain
         goals = replace(goals, gain=gain, angle=angle, error=error, travel=None, carriage_error=None)
+    check_way(drive, goals.angle or 0.0)
     if drive.carriage and goals.error is not None:
         what = f"error = {goals.error / DEGREE:.4g} deg is an angle, and the drive has a carriage"
         raise InputRefused(f'{what}: state a length, such as error = "0.5 mm"')
