@@ -382,3 +382,42 @@ def test_intervals_of_coloured_residuals_cover_as_they_say():
         inside.append(np.abs(fit.values - TRUE) < fit.half_width())
     share = np.mean(inside)
     assert 0.925 < share < 0.975, f"observed {share:.3f}"
+
+
+def swung_log(weight, seed, *, inertia=2e-3, viscous=4e-3, coulomb=0.02, offset=0.004):
+    """Time, torque and angle of a servo that swings an arm: Euler steps of 0.1 ms, friction set-valued.
+
+    ``weight``: torque of the arm's weight where it is level [N m].
+    """
+    rng, step, every = np.random.default_rng(seed), 1e-4, 10
+    tones, phases = rng.uniform(0.3, 2.5, 8), rng.uniform(0.0, 2.0 * np.pi, 8)
+    time = np.arange(20_000) * step * every
+    wanted = 1.5 / np.sqrt(8) * np.sin(2.0 * np.pi * np.outer(time, tones) + phases).sum(axis=1)
+    count, phase, stiff = 2.0 * np.pi / 8192.0, rng.uniform(-0.5, 0.5), inertia * (10.0 * np.pi) ** 2
+    angle, speed, before = 0.0, 0.0, 0.0
+    torque, shown = np.zeros((2, time.size))
+    for k, goal in enumerate(wanted.tolist()):
+        seen = count * round(angle / count + phase)
+        torque[k] = stiff * (goal - seen) - inertia * 12.0 * np.pi * (seen - before) / (step * every)
+        shown[k], before = seen, seen
+        for _ in range(every):
+            pull = torque[k] + offset - viscous * speed - weight * np.sin(angle)
+            free, most = speed + step * pull / inertia, step * coulomb / inertia
+            speed = 0.0 if abs(free) <= most else free - np.copysign(most, free)
+            angle += step * speed
+    return time, torque + 2e-4 * rng.standard_normal(time.size), shown
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_an_arm_under_its_weight_gets_no_intervals_and_one_that_is_level_gets_right_ones(seed):
+    """No observer of a rigid axis with friction follows a torque of the position: evidence, not a gap."""
+    for weight in (0.0, 0.03):
+        time, torque, angle = swung_log(weight, seed)
+        units = {"torque": "N m", "angle": "rad"}
+        found = identify(log_of(time, {"torque": torque, "angle": angle}, units))
+        if weight:
+            assert found.findings
+            assert all(np.isinf(one.high) for one in found.parameters.values())
+        else:
+            inertia = found.parameters["inertia"]
+            assert inertia.low <= 2e-3 <= inertia.high

@@ -196,9 +196,12 @@ def _checked(axis: Axis, chosen: Identification, options: IdentifyOptions) -> Id
         return replace(chosen, check_reason="not requested")
     if kind not in ("coulomb", "tanh"):
         return replace(chosen, check_reason=f"not made: no check for friction {kind}")
-    if NOT_FOLLOWED in chosen.codes:
-        return replace(chosen, checked=True, check_reason="the model does not reproduce the log")
-    return check.checked_by_innovations(axis, chosen)
+    if NOT_FOLLOWED not in chosen.codes:
+        try:
+            return check.checked_by_innovations(axis, chosen)
+        except NotReproduced:
+            chosen = chosen.saying(NOT_FOLLOWED, LOST)
+    return replace(chosen, checked=True, check_reason="the model does not reproduce the log")
 
 
 def timed(found: Identification, timing: TorqueTiming) -> Identification:

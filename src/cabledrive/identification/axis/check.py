@@ -16,7 +16,7 @@ from cabledrive.identification.axis.faults import (
     Evidence,
     evidence_by_innovations,
 )
-from cabledrive.identification.axis.observer import Prediction, observed, period_of
+from cabledrive.identification.axis.observer import NotReproduced, Prediction, observed, period_of
 from cabledrive.identification.axis.simulated import case_of
 from cabledrive.identification.axis.timing import timing_of
 from cabledrive.identification.estimates import Identification
@@ -63,7 +63,10 @@ RESTING = 0.02
 
 
 def checked_by_innovations(axis: Axis, answer: Identification) -> Identification:
-    """The answer with what the innovations of an observer show, or why they were not looked at."""
+    """The answer with what the innovations of an observer show, or why they were not looked at.
+
+    `NotReproduced` if no observer follows the log.
+    """
     inertia, _, coulomb, offset = answer.values[:4]
     reason = ""
     if axis.saturated:
@@ -72,6 +75,8 @@ def checked_by_innovations(axis: Axis, answer: Identification) -> Identification
         reason = NOT_MADE["parameters"]  # viscous friction need not be known for it
     try:
         found = () if reason else evidence_by_innovations(axis, answer)
+    except NotReproduced:
+        raise
     except NotComputed as failure:
         reason = f"not possible: {failure}"
     if reason:
