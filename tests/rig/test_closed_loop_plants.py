@@ -316,10 +316,13 @@ def test_a_drawn_machine_has_the_drawn_load_be_it_a_body_or_a_carriage(tmp_path)
     start = kept.index('kind = "route"') + 1
     belt = upright(tmp_path, "\n".join([*kept[:start], *lines, *kept[start:]]))
     belt = replace(belt, layout=replace(belt.layout, gravity=0.0))
-    for name, drive in (("carriage", belt), ("corexy", load_drive("corexy"))):
+    jointed = UPRIGHT.replace("torque_limit", 'joint_stiffness = "3 N m/rad", torque_limit')
+    jointed = upright(tmp_path, jointed.replace('"1e-6 kg', '"4e-5 kg', 1).replace("10 g/m", "0.1 g/m"))
+    machines = {"carriage": belt, "corexy": load_drive("corexy"), "joint": jointed}
+    for name, drive in machines.items():
         drive = as_axis(drive)
         usual = plant_chain(drive, None)
-        heavier = (*usual.inertias[:-1], 1.3 * usual.inertias[-1])
+        heavier = (*(1.1 * own for own in usual.inertias[:-1]), 1.3 * usual.inertias[-1])
         coulomb = (usual.coulomb[0] + 0.02 * (name == "corexy"), *usual.coulomb[1:])
         wanted = replace(usual, inertias=heavier, coulomb=coulomb)
         found = plant_chain(as_axis(machine_like(drive, wanted), drive.axis.load), None)

@@ -80,6 +80,10 @@ def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
             own[f"{name}_friction"] = by * now + (more[name][0] / motors if by == 1.0 else 0.0)
         return replace(scaled(motor, **joint), **own)
 
+    between = more["inertias"][1] / motors if chain.size > 2 else 0.0
+    pulleys = list(machine.pulley)
+    for number in machine.driven:
+        pulleys[number] = replace(pulleys[number], inertia=pulleys[number].inertia + between)
     stiffer = factor("stiffness", -1)
     rope = {"given_rigidity": stiffer, "youngs_modulus": stiffer, "axial_damping": factor("damping", -1)}
     joint = {f"joint_{name}": factor(name, 0) for name in ("stiffness", "damping") if chain.size > 2}
@@ -91,7 +95,7 @@ def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
         body=tuple(
             loaded(own, own.name, "inertia" if own.pivot else "mass", "damping") for own in machine.body
         ),
-        pulley=tuple(loaded(own, own.name, "inertia", "viscous_friction") for own in machine.pulley),
+        pulley=tuple(loaded(own, own.name, "inertia", "viscous_friction") for own in pulleys),
         carriage=tuple(map(loaded, machine.carriage, names, ["mass"] * len(names))),
         motor=tuple(map(driving, machine.motor)),
     )
