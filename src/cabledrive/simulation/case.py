@@ -106,8 +106,8 @@ class LoopCase(RopeRun):
                     for name, (low, high) in zip(mesh.names, reach.T, strict=True)
                     if name.startswith("slip") and low < high
                 ),
-                *passed_words(mesh, np.abs(reach).max(axis=0)),
             ),
+            doubts=tuple(passed_words(mesh, np.abs(reach).max(axis=0))),
             provenance=self.provenance(
                 {
                     "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
