@@ -167,7 +167,7 @@ def cable_plant(
         )
     if drive.motor is not None and drive.motor.backlash > 0.0:
         said = f"motor.backlash = {drive.motor.backlash:.4g} rad is not followed with the distributed cable"
-        raise InputRefused(f"{said}: set it to 0, or take --plant model-4")
+        raise InputRefused(f"{said}: set it to 0, or take a lumped plant")
     if machine is None and drive.chain_of:  # its numbers may have changed since the file was read
         machine = machine_like(drive, chain)
     machine = released(machine or (drive if options.as_printed else distributed(drive)))
