@@ -142,7 +142,7 @@ def command(
     if spec["plant"] != "cable":
         refuse_given("segments", why="divides the cable as plant: add --plant cable, or leave it out")
         tell_given("as_printed", why="has no effect: it is about --plant cable")
-    elif drive.kind == "route":
+    elif drive.chain_of:
         tell_given("as_printed", why="has no effect: a machine with routes has no [lumped]")
     if spec["ideal_sensors"]:
         tell_given("observer", "encoder_phase", why="has no effect beside --ideal-sensors")
