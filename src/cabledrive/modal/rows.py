@@ -16,7 +16,6 @@ strings, beams or sag. All is done for many frequencies at once, the lanes; each
 own, with other numbers in the same rows.
 """
 
-from contextlib import suppress
 from functools import cache
 from math import pi
 from typing import Any, NamedTuple
@@ -283,12 +282,15 @@ def solved(band: NDArray[Any], x: NDArray[Any]) -> NDArray[Any]:
     if size <= FEW:
         full = dense(band)
         diagonal = np.abs(band[:, 0]).max(axis=0)
-        for share in (0.0, 1e-15, 1e-14, 1e-13, 1e-12):  # a root itself is left by as little as will do
-            off = np.where(diagonal > 0.0, share * diagonal, float(share > 0.0))
-            full[:, np.arange(size), np.arange(size)] += off[:, None]
-            with suppress(np.linalg.LinAlgError):
+        for share in (1e-15, 1e-14, 1e-13, None):  # a root itself is left by as little as will do
+            try:
                 out[:] = np.linalg.solve(full, x.transpose(1, 0, 2)).transpose(1, 0, 2)
                 break
+            except np.linalg.LinAlgError:
+                if share is None:
+                    raise
+                off = np.where(diagonal > 0.0, share * diagonal, 1.0)
+                full[:, np.arange(size), np.arange(size)] += off[:, None]
     else:
         from scipy.linalg.lapack import dgbsv, zgbsv
 

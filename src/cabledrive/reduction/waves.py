@@ -124,7 +124,7 @@ class Waves(NamedTuple):
 
 def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging: bool = False) -> Waves:
     """Modes of a network with their slopes at Gauss points of its pieces; ``hanging``: about its sag."""
-    highest = max((mode.frequency for mode in (*across, *along[: len(along) * hanging])), default=0.0)
+    highest = max((mode.frequency for mode in ([*along, *across] if hanging else across)), default=0.0)
     # as many as a polynomial through its half waves on the longest piece; a product of three needs no more
     size = POINTS + int(pi * highest * float(network.time.max()))
     x, weights = np.polynomial.legendre.leggauss(size)
@@ -167,10 +167,8 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging
         unstretched = np.array([own.length for own in rests])
         measure = ((length / unstretched)[:, None] / (1.0 + pull / rigidity[:, None])) ** 2
         out = np.array([one.plane == "v" for one in across], dtype=bool)[:, None, None]
-        (beyond, w), (_, u) = (
-            values(along, ["across"] * len(along)),
-            values(across, ["along"] * len(across)),
-        )
+        beyond, w = values(along, ["across"] * len(along))
+        u = values(across, ["along"] * len(across))[1]
         turned = np.stack([cosine * w - sine * first, 0.0 * w], axis=1)
         first, stretched = cosine * first + sine * w, np.where(out, 0.0, cosine * u + sine * second)
         second, beside = np.where(out, second, cosine * second - sine * u), (turned, stretched)
@@ -202,7 +200,4 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging
 
 def _moved_in(network: Network, mode: Mode) -> Array:
     """Motion of every coordinate in a mode of unit modal mass, shape (n,)."""
-    joints = mode.joints
-    return np.array(
-        [float(np.real(joints[name][0])) if name in joints else 0.0 for name in network.motion.names]
-    )
+    return np.array([float(np.real(mode.joints.get(name, (0.0,))[0])) for name in network.motion.names])

@@ -14,6 +14,7 @@ from cabledrive.control.regression import RepetitionLearning, lifted, repetition
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.parts import require_within_travel
+from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.bounds import bound_along
@@ -122,11 +123,10 @@ def check_motion(drive: Drive, motion: Motion) -> None:
 
 def check_way(drive: Drive, angle: float) -> None:
     """Refuse a way of the load [rad] that leaves what its body may travel."""
-    name, _, move = drive.axis.load.rpartition(".")
-    for body in as_machine(drive.axis.machine).body:
-        if body.name == name:
-            start = 0.0 if move == "turn" else body.at["xy".index(move)]
-            require_within_travel(body, start + drive.axis.per_angle * angle)
+    machine, load = as_machine(drive.axis.machine), drive.axis.load
+    for body in machine.body:
+        if body.name == load.rpartition(".")[0]:
+            require_within_travel(body, place_of(machine, load) + drive.axis.per_angle * angle)
 
 
 NODE_TIME = 4e-3

@@ -184,10 +184,16 @@ class SimulationResult(Result):
         """Whether lengths and directions of spans followed the bodies."""
         return bool(self.provenance["method"].get("travels", False))
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Names of the columns."""
         return [channel.name for channel in self.channels]
+
+    @property
+    def _points(self) -> range:
+        """Columns of the recorded points, three for each."""
+        first = self.names.index(f"u at the middle of {self.spans[0]}") if self.probes else 0
+        return range(first, first + 3 * len(self.probes))
 
     def probe(self, number: int) -> Array:
         """Displacements of a recorded point.
@@ -202,8 +208,7 @@ class SimulationResult(Result):
         ndarray, shape (records, 3)
             u, v, w [m].
         """
-        first = next(k for k, name in enumerate(self.names) if name.startswith("u at ")) + 3 * number
-        return self.rows[:, first : first + 3]
+        return self.rows[:, self._points[3 * number : 3 * number + 3]]
 
     def midpoint(self, span: str = "upper") -> Array:
         """Displacements of the middle of a span.
@@ -253,7 +258,7 @@ class SimulationResult(Result):
         found = [
             Variable(one.name.replace("/", "_"), ("time",), self.rows[:, k], one.unit, one.meaning)
             for k, one in enumerate(self.channels)
-            if one.name[1:5] != " at " and not (missing and one.name.endswith(missing))
+            if k not in self._points and not (missing and one.name.endswith(missing))
         ]
         budget = "error of the energy budget, 0 at the start"
         found.append(Variable("budget_error", ("time",), self.budget_error, "J", budget))
@@ -307,7 +312,7 @@ class SimulationResult(Result):
             No NaN and no infinity in it; what needs a record is None where a run stopped before the first.
         """
         some, peaks = len(self.rows) > 0, self.midpoint_peaks
-        least = {span: float(np.min(self.least_tension(span))) if some else None for span in self.spans}
+        least = {span: float(np.min(self.least_tension(span))) for span in self.spans if some}
         angles = [name for name in ("load_angle", "drive_angle") if name in self.extremes]
         return {
             "energy_budget_error": self.energy_budget_error if some else None,
@@ -325,10 +330,10 @@ class SimulationResult(Result):
                 for name, (low, high) in self.extremes.items()
             },
             "spans": [
-                {"name": name, "midpoint_peak": peaks.get(name), "least_tension": least[name]}
+                {"name": name, "midpoint_peak": peaks.get(name), "least_tension": least.get(name)}
                 for name in self.spans
             ],
-            "least_tension": min(one for one in least.values() if one is not None) if some else None,
+            "least_tension": min(least.values(), default=None),
             "wraps": list(self.wraps),
             "largest_motion": self.largest_motion,
             "error_estimate": self.error_estimate,

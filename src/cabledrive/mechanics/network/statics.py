@@ -275,8 +275,8 @@ def _standing(drive: RoutedDrive) -> Iterator[tuple[int, Place, int]]:
         own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
         for i, place in ((own[0], drive.free_spans[own[0]].start), (own[-1], drive.free_spans[own[-1]].end)):
             drum = place.pulley if not data.closed else None
-            stands = drum in drive.turned and drum not in drive.loads
-            if drum is not None and not stands and not drive.pulley[drum].fixed:
+            stands = set(drive.turned) - set(drive.loads)
+            if drum is not None and drum not in stands and not drive.pulley[drum].fixed:
                 yield drum, place, i
 
 
