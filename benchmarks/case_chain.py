@@ -9,11 +9,10 @@ from plain_chain import LOOPS, InC, InNumpy, InNumpyByParts, compiled
 
 import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
-from cabledrive.simulation.case import case_of
+from cabledrive.simulation.case import RopeRun, case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.methods import integrate_steps
 from cabledrive.simulation.plan import new_workspace
-from cabledrive.simulation.prepared import RopeRun
 
 TITLE = "Chain: steps of the exact law"
 DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])

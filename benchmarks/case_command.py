@@ -35,7 +35,7 @@ def report() -> str:
         f"`cabledrive {' '.join(COMMAND)}`. First result: `{FIRST}`. Cold: an empty cache, least of three. At "
         f"the default {error['segments'][0]} segments the load angle is within "
         f"{100 * error['load_angle']['relative']:.1g} %, the midpoint within "
-        f"{100 * error['upper_midpoint']['relative']:.1g} % of its largest value at every instant by the run's own "
+        f"{100 * error['w at the middle of upper']['relative']:.1g} % of its largest value at every instant by the run's own "
         "estimate: the corners of undamped triangles are nowhere smooth. Envelopes after half-sines and, damped, "
         "after triangles are within 1 % (`tests/simulation/test_convergence.py`, marker `verify`)."
     )

@@ -13,8 +13,7 @@ import numpy as np
 
 import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Start
-from cabledrive.simulation.case import case_of
-from cabledrive.simulation.prepared import RopeRun
+from cabledrive.simulation.case import RopeRun, case_of
 
 DRIVE = cd.load_drive(
     "dissertation-2",

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cabledrive.simulation.case import RopeRun
 from cabledrive.simulation.plan import WEIGHT_W
-from cabledrive.simulation.prepared import RopeRun
 
 SOURCE = Path(__file__).with_name("plain_chain.c")
 COMPILE = ["gcc", "-O3", "-march=native", "-ffast-math", "-fopt-info-vec", "-fPIC", "-c"]

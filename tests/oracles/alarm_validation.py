@@ -9,9 +9,9 @@ from cabledrive.simulation import Recording, Scheme, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.methods import integrate_steps
-from cabledrive.simulation.network.case import reached
 from cabledrive.simulation.network.mesh import passed_words
 from cabledrive.simulation.plan import DONE, copy_state, new_workspace
+from cabledrive.simulation.prepared import reached
 
 V, W = 1, 2
 RECORDS_PER_PERIOD = 10

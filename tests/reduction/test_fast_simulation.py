@@ -128,8 +128,8 @@ def test_a_plucked_span_is_as_much_tauter_as_its_sine_is_longer():
     """Ends at rest: EA (pi h / 2 L)^2 of a half-sine of height h, and nothing in the other span."""
     found = simulate_fast(DRIVE, 1e-3, start=Start(plucks=(Pluck(height=2e-3, shape="half-sine"),)))
     raised = DRIVE.cable.axial_rigidity * (np.pi * 1e-3 / DRIVE.pulley_distance) ** 2
-    assert found.channel("mean_tension_upper")[0] == pytest.approx(3.26 + raised, rel=1e-12)
-    assert found.channel("mean_tension_lower")[0] == 3.26
+    assert found.channel("mean tension, upper")[0] == pytest.approx(3.26 + raised, rel=1e-12)
+    assert found.channel("mean tension, lower")[0] == 3.26
 
 
 # --- What the reduced models refuse, and runs that they end: each row a call, and what is named

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from cabledrive.mechanics.cable_laws import LAWS, cable_law
-from cabledrive.mechanics.mesh import mesh_of, turns_of
+from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
@@ -97,7 +97,7 @@ def hung(drive, mesh, law):
 
 def joined(mesh, x, x_t, rest):
     """Displacements from rest and velocities whose ends are joined, and coordinates that follow the rims."""
-    turns, both = turns_of(mesh), []
+    turns, both = mesh.turns, []
     for field, offset in ((x, rest), (x_t, 0.0 * rest)):
         rows = np.vstack([mesh.ends[:, :, 0].reshape(-1, len(mesh.names)), turns[2] - turns[0]])
         q = np.linalg.lstsq(rows, np.append(field[0, mesh.nodes].ravel(), 0.0))[0]

@@ -107,7 +107,7 @@ def test_torques_of_a_loop_count_as_its_rope_runs(tmp_path, measured):
         judged = answer("check", "dissertation-2", "--set", settings, "--motion", str(motion))["motion"]
         found.append([one["lowest_tension"] for one in judged["spans"]])
     run = cd.simulate(cd.load_drive("dissertation-2", overrides=[settings]), 0.2, torque=lambda t: 0.05 * t)
-    known = [float(run.channel(f"mean_tension_{span}").min()) for span in ("upper", "lower")]
+    known = [float(run.channel(f"mean tension, {span}").min()) for span in ("upper", "lower")]
     measured(f"lowest {found[0]} N, simulated {known} N; by the load {found[1]} N")
     np.testing.assert_allclose(found[0], known, atol=0.1 * abs(known[0] - known[1]))
     assert found[1][0] > found[1][1]

@@ -283,7 +283,7 @@ def test_a_carriage_that_hangs_is_not_damped_as_its_cable_is(measured):
         start=Start(plucks=(Pluck(height=1e-5, shape=lambda x: mode.shape("upper", x / stretch)[0]),)),
         scheme=Scheme(segments=60),
     )
-    energy = run.channel("transverse_energy_upper") + run.channel("strain_energy_upper")
+    energy = run.channel("rope_energy") + run.channel("strain_energy")
     rate = -np.polyfit(run.time, np.log(energy), 1)[0]
     measured(f"decay {rate:.4f} 1/s, {gamma * model.cable_share[0]:.4f} and {waves.losses[1][0]:.4f}")
     assert rate == pytest.approx(gamma * model.cable_share[0], rel=0.02)

@@ -94,6 +94,8 @@ class Mesh:
     damping: Array  # (2, n, n): bearings and bodies, with the half cells across; joints of motors
     driven: tuple[str, ...]  # pulleys of the motors; the first of the file where there is none
     motor: Array  # (motors, n): turn of each rotor
+    shown: tuple[str, ...]  # what records call the coordinates; of loops and lines the angles of their shafts
+    turns: Array  # (shown, n): those by the coordinates
 
     @property
     def size(self) -> int:
@@ -164,12 +166,15 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
     joint = np.array([name == MOTOR_JOINT for name in dampers.names], dtype=bool)
     shares = [dampers._replace(values=np.where(joint == own, dampers.values, 0.0)) for own in (False, True)]
     damping = np.stack([np.pad(own.matrix, padded) for own in shares])
+    slips = tuple(f"slip at {wrap.name}" for wrap in wraps)
     dragged = half * np.array([[rope.transverse_damping] for rope in ropes])
     damping[0] += np.einsum("ks,ksxi,ksxj->ij", dragged, ends[:, :, 1:], ends[:, :, 1:])
     return Mesh(
         network=network,
         wraps=wraps,
-        names=(*network.motion.names, *(f"slip at {wrap.name}" for wrap in wraps)),
+        names=network.motion.names + slips,
+        shown=network.motion.names + slips,
+        turns=np.eye(n),
         whole=whole,
         pieces=tuple(own[0].where.name for own in parts) if whole else piece_names(network),
         parts=parts,
@@ -196,6 +201,7 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
 
 SHAFTS = (*NAMES, f"rotor of {NAMES[0]}")
 """Coordinates of a loop or a line, where they move: drive pulley, load pulley, motor on a flexible joint."""
+ANGLES = ("drive_angle", "load_angle", "motor_angle")
 
 
 def mesh_of(drive: Machine, segments: int) -> Mesh:
@@ -212,14 +218,17 @@ def mesh_of(drive: Machine, segments: int) -> Mesh:
     own = dict(zip(NAMES, loop.pulley, strict=True))
     held = {name: (part.capstan_friction or 0.0) * (part.wrap_angle or 0.0) for name, part in own.items()}
     wraps = [one._replace(factor=expm1(held[one.name]) or one.factor) for one in mesh.wraps]
-    return replace(mesh, pieces=loop.spans, motor=SENSE * mesh.motor, wraps=tuple(wraps))
-
-
-def turns_of(mesh: Mesh) -> Array:
-    """Angles of drive pulley, load pulley and motor of a loop or a line by its coordinates, (3, n)."""
-    units = {name: SENSE * row for name, row in zip(mesh.names, np.eye(len(mesh.names)), strict=True)}
-    drive, load = (units.get(name, np.zeros(len(mesh.names))) for name in NAMES)
-    return np.stack([drive, load, units.get(SHAFTS[2], drive)])
+    units = {name: SENSE * row for name, row in zip(mesh.names, mesh.turns, strict=True)}
+    shafts = [units.pop(name, np.zeros(len(mesh.names))) for name in NAMES]
+    shafts.append(units.pop(SHAFTS[2], shafts[0]))  # a rotor on a rigid joint turns with its pulley
+    return replace(
+        mesh,
+        pieces=loop.spans,
+        motor=SENSE * mesh.motor,
+        wraps=tuple(wraps),
+        shown=(*ANGLES, *units),
+        turns=np.stack([*shafts, *(SENSE * own for own in units.values())]),
+    )
 
 
 def gradients(mesh: Mesh, displacement: Array) -> Components:

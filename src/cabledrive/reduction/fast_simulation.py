@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import Mesh, mesh_of, turns_of
+from cabledrive.mechanics.mesh import ANGLES, Mesh, mesh_of
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, not_written, one_process
-from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.stretches import StretchModel, numbers_of
 from cabledrive.reduction.uniform_tension import (
@@ -23,21 +23,24 @@ from cabledrive.reduction.uniform_tension import (
 )
 from cabledrive.simulation import Recording, Signal, SimulationResult, SlackEvent, Start
 from cabledrive.simulation.case import released_torque
-from cabledrive.simulation.channels import CHANNELS, COLUMN, WIDTH, displacements
+from cabledrive.simulation.channels import channels_of, speed_name
 from cabledrive.simulation.keeping import MOST_MEMORY, RESULT, part_of
 from cabledrive.simulation.netcdf import write_netcdf
 from cabledrive.simulation.network.mesh import rest_of
+from cabledrive.simulation.prepared import extremes_of
 from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import Function, checked_signal
 from cabledrive.simulation.start import at_start
 
-SHAFTS, SPANS = ("drive", "load", "motor"), ("upper", "lower")
+SPANS = ("upper", "lower")
+CHANNELS = channels_of(ANGLES, NAMES[:1], SPANS, points=[f"the middle of {span}" for span in SPANS])
+COLUMN = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 
 def _rows(model: StretchModel, recorded: IntegratedMotion, torque: Array) -> Array:
-    """Records, shape (records, columns of the exact model), from the motion and the torque there [N m].
+    """Records, shape (records, columns), from the motion and the torque there [N m].
 
-    What the reduced model does not distinguish stays zero.
+    The energy of motion along the ropes counts as that of bodies.
     """
     (q, p), (a, b) = recorded.along.swapaxes(0, 1), recorded.across.swapaxes(0, 1)
     stretched = 0.5 * np.einsum("nbm,bm->nb", a**2, model.square)
@@ -45,33 +48,26 @@ def _rows(model: StretchModel, recorded: IntegratedMotion, torque: Array) -> Arr
     string = 0.5 * np.einsum("nbm,bm->nb", a**2, model.mass * model.transverse**2)
     strain = string + pumping + 0.5 * stretched * (stretched @ model.carried)
     tension = model.rest + q @ model.tension.T + stretched @ model.raised.T
-    along = 0.25 * ((q * model.natural) ** 2).sum(axis=1)[:, None]
-    of_spans = {
-        "mean_tension": tension,
-        "least_tension": tension,
-        "axial_energy": np.tile(0.25 * (p**2).sum(axis=1)[:, None], 2),
-        "transverse_energy": _by_span(0.5 * np.einsum("nbm,bm->nb", b**2, model.mass)),
-        "strain_energy": _by_span(strain) + along,
-    }
-    found = {f"{name}_{span}": own[:, j] for name, own in of_spans.items() for j, span in enumerate(SPANS)}
-    found |= {f"{name}_angle": q @ shape for name, shape in zip(SHAFTS, model.motions, strict=True)}
-    found |= {f"{name}_speed": p @ shape for name, shape in zip(SHAFTS, model.motions, strict=True)}
-    tallies = ("torque_work", "transverse_loss", "viscous_loss")
     weight = -np.einsum("nbm,bm->n", a, model.mass * model.transverse**2 * model.sag)
-    found |= {"weight_energy": weight, "torque": torque} | dict(zip(tallies, recorded.tallies.T, strict=True))
-    held = [own for name, own in found.items() if "_energy" in name or name in tallies[1:]]
-    found["balance"] = np.sum(held, axis=0) - found["torque_work"]
-    rows = np.zeros((len(q), WIDTH + 6))
+    work, across, viscous = recorded.tallies.T
+    found = {
+        "rope_energy": 0.5 * np.einsum("nbm,bm->n", b**2, model.mass),
+        "body_energy": 0.5 * (p**2).sum(axis=1),
+        "strain_energy": strain.sum(axis=1) + 0.5 * ((q * model.natural) ** 2).sum(axis=1) + weight,
+        "transverse_loss": across,
+        "viscous_loss": viscous,
+    }
+    found["balance"] = np.sum(list(found.values()), axis=0) - work
+    found |= {"torque_work": work, f"torque on {NAMES[0]}": torque}
+    for name, shape in zip(ANGLES, model.motions, strict=True):
+        found |= {name: q @ shape, speed_name(name): p @ shape}
+    for j, span in enumerate(SPANS):
+        found |= {f"mean tension, {span}": tension[:, j], f"least tension, {span}": tension[:, j]}
+    points = [f"{plane} at the middle of {span}" for plane in "wv" for span in SPANS]
+    found |= {point: a[:, j] @ model.probes[j, :, 0] for j, point in enumerate(points[: a.shape[1]])}
+    rows = np.zeros((len(q), len(CHANNELS)))
     rows[:, [COLUMN[name] for name in found]] = np.column_stack(list(found.values()))
-    for row in range(a.shape[1]):
-        plane, span = divmod(row, len(SPANS))
-        rows[:, WIDTH + 3 * span + (2 - plane)] = a[:, row] @ model.probes[row, :, 0]
     return rows
-
-
-def _by_span(rows: Array) -> Array:
-    """Sums over the planes, shape (records, spans), of values of the rows."""
-    return rows.reshape(len(rows), -1, len(SPANS)).sum(axis=1)
 
 
 def _result(
@@ -95,9 +91,8 @@ def _result(
     at_rest = -0.5 * np.sum(model.mass * (model.transverse * model.sag) ** 2)
     handled = rows[0, COLUMN["balance"]] - at_rest + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
     # least and largest of the records, which are as dense as the step unless a rate was asked for
-    angles = {shaft: rows[:, COLUMN[f"{shaft}_angle"]] for shaft in SHAFTS}
-    extremes = {f"{shaft}_angle": (float(one.min()), float(one.max())) for shaft, one in angles.items()}
-    peaks = np.abs(rows[:, [WIDTH + 2, WIDTH + 5]]).max(axis=0)
+    extremes = extremes_of(ANGLES, np.stack([own(rows[:, :3], axis=0) for own in (np.min, np.max)]))
+    peaks = np.abs(rows[:, [COLUMN[f"w at the middle of {span}"] for span in SPANS]]).max(axis=0)
     return SimulationResult(
         time=times,
         rows=rows,
@@ -105,7 +100,7 @@ def _result(
         field_time=np.empty(0),
         fields=np.empty((0, 3, 0)),
         spans=SPANS,
-        channels=(*CHANNELS, *displacements(f"the middle of {span}" for span in SPANS)),
+        channels=CHANNELS,
         midpoint_peaks=dict(zip(SPANS, peaks.tolist(), strict=True)),
         steps=steps,
         step=step,
@@ -144,7 +139,7 @@ def _limits(
     why, remedy = why_not(model, recorded.peaks), "lower the torque or use --model exact"
     if why and "slack" in why:
         span = SPANS[int(np.argmax(recorded.peaks[:, 0] < 0.0))]
-        tension = rows[:, COLUMN[f"mean_tension_{span}"]]
+        tension = rows[:, COLUMN[f"mean tension, {span}"]]
         first = int(np.argmax(tension < 0.0)) if np.any(tension < 0.0) else int(np.argmin(tension))
         event = SlackEvent(time=float(times[first]), span=span, position=0.0, tension=float(tension[first]))
         return (event,), f"{why} at t = {times[first]:.6g} s: {remedy}"
@@ -319,11 +314,11 @@ def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[A
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
         )
     rest = rest_of(mesh, [law] * len(mesh.pieces), gravity(as_machine(drive)))
-    place, speed, q, q_t = at_start(mesh, [law], rest, start, released_torque(drive))
+    place, speed, q, q_t = at_start(mesh, [law], rest, start, released_torque(mesh))
     sines = [_sines(mesh, field, model.slopes.size) for field in (place - rest.counted, speed)]
     moving = 4 if any(np.any(part[2:]) for part in sines) else 2
     radii = np.array([own.radius for own in (*drive.pulley, drive.drive_pulley)])[:, None]
-    rims = radii * turns_of(mesh) @ np.column_stack([q - rest.turned, q_t])
+    rims = radii * mesh.turns[:3] @ np.column_stack([q - rest.turned, q_t])
     along = np.linalg.lstsq(radii * model.motions, rims, rcond=None)[0].T
     return along[0], along[1], sines[0][:moving].copy(), sines[1][:moving].copy()
 

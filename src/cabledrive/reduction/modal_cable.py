@@ -21,7 +21,7 @@ from cabledrive.reduction.fast_simulation import finest_step
 from cabledrive.reduction.network_chain import coupled_modes
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, numbers_of
 from cabledrive.reduction.uniform_tension import misfit, uniform_tension_model
-from cabledrive.simulation.network.case import slides
+from cabledrive.simulation.channels import slides
 
 DEFAULT_RATE = 1000.0
 """Of a drive without sensors [Hz]."""

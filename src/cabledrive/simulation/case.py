@@ -1,135 +1,232 @@
-"""Everything that is decided before the first step of a run, and how that of a loop or a line is read."""
+"""Everything that is decided before the first step of a run of ropes, and how it is read."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
-from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.cable_law import Array
-from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import SHAFTS, mesh_of, turns_of
+from cabledrive.mechanics.cable_law import Array, CableLaw
+from cabledrive.mechanics.cable_laws import cable_law, taut_law
+from cabledrive.mechanics.compiled import why_plain
+from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gravity
-from cabledrive.mechanics.rest import rest_state
+from cabledrive.mechanics.network.statics import unheld_words
+from cabledrive.modal.ranges import ALLOWED, sag_words
 from cabledrive.parameters.cable import Cable
-from cabledrive.parameters.drive import SENSE, Drive
+from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine, two_pulleys
+from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
-    AXIAL,
-    CHANNELS,
-    COLUMN,
+    AXIAL_LOSS,
+    COULOMB_LOSS,
+    FORCE_WORK,
+    JOINT_LOSS,
     TALLIES,
-    WEIGHT_ENERGY,
-    WIDTH,
-    displacements,
+    TORQUE_WORK,
+    TRANSVERSE_LOSS,
+    VISCOUS_LOSS,
+    channels_of,
+    width_of,
 )
 from cabledrive.simulation.error_estimate import estimated_errors
-from cabledrive.simulation.methods import check_method, largest_stable_step, time_grid
-from cabledrive.simulation.network.case import (
-    NetworkCase,
-    check_routes,
-    motor_torques,
-    reached,
-    routed_channels,
+from cabledrive.simulation.methods import (
+    auxiliary,
+    check_method,
+    integrate_steps,
+    largest_stable_step,
+    time_grid,
 )
-from cabledrive.simulation.network.mesh import network_plan, passed_words, rest_of
-from cabledrive.simulation.own_law import law_fingerprint
-from cabledrive.simulation.plan import new_state
-from cabledrive.simulation.prepared import Outcome, RopeRun
-from cabledrive.simulation.result import SimulationResult, neglected
+from cabledrive.simulation.network.case import check_routes, motor_torques, offsets_of
+from cabledrive.simulation.network.mesh import Rest, network_plan, passed_words, rest_of
+from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
+from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_state, new_workspace
+from cabledrive.simulation.prepared import Outcome, PreparedRun, extremes_of, half_step_before, reached
+from cabledrive.simulation.result import SimulationResult, SlackEvent, neglected
 from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces
 from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LoopCase(RopeRun):
-    """A run of a loop or a line that has not begun."""
+class RopeRun(PreparedRun):
+    """A run of ropes between coordinates, as the kernels take it, that has not begun."""
 
-    machine: Drive
+    plan: Plan
+    mesh: Mesh
+    laws: list[CableLaw]  # of each piece
+    rest: Rest
+    forces: tuple[Signal, ...]  # on nodes
+    start: State  # displacements and velocities at t = 0
+    coarser: Callable[[Scheme], "RopeRun"] | None = None
+    """The same run with another scheme, where its discretisation error is to be estimated."""
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of all ropes."""
+        return int(self.plan.node.shape[1])
+
+    @cached_property
+    def interpreted(self) -> str | None:
+        """Why the steps are not compiled, in one line; None if they are."""
+        return why_interpreted(self.plan, self.laws[0]) if self.plan.law == at.OWN else why_plain()
+
+    @property
+    def law_name(self) -> str:  # type: ignore[override]
+        """Name of the cable law."""
+        return taut_law(self.laws[0]).name
+
+    @cached_property
+    def work(self) -> Workspace:
+        """Work space of the steps."""
+        return new_workspace(self.plan)
+
+    def inputs(self, first: int, steps: int) -> tuple[Array, ...]:
+        """Torques, (steps, motors) [N m], and forces, (steps, forces) [N]."""
+        return (*super().inputs(first, steps), self.at_steps(self.forces, first, steps))
+
+    def first_state(self) -> State:
+        """State before the first step: velocities half a step before the start."""
+        (torque, *_), (forces, *_) = self.inputs(0, 1)
+        state = half_step_before(self.plan, self.laws, copy_state(self.start), torque, forces)
+        if self.scheme.method != "energy-conserving":
+            return state
+        return state._replace(extra=auxiliary(self.plan, self.laws, state))
+
+    def integrate(self, state: State, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
+        """Take the steps, the first of every ``every`` recorded; why they end."""
+        found = np.zeros((len(rows), width_of(self.plan)))
+        given, (torque, forces), law = (self.plan, state, self.work), inputs, self.laws[0]
+        code = integrate_steps(self.scheme.method, given, (torque, forces), every, (found, fields), law)
+        with np.errstate(all="ignore"):  # of a run that diverged
+            rows[:] = self.columns(found)
+        return code
+
+    @property
+    def energy_at_rest(self) -> float:
+        """What the ropes store at rest [J]."""
+        mesh = self.mesh
+        stretched = 0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length
+        return float(np.sum(stretched)) + abs(float(self.rest.energy))
+
+    def slack_events(self, state: State) -> tuple[SlackEvent, ...]:
+        """Where and when spans went slack up to a state, in order, the first thousand times."""
+        events = []
+        for step, piece, segment, tension in state.events[
+            : min(int(state.counts[at.EVENTS]), at.MOST_EVENTS)
+        ]:
+            k, middle = int(piece), slice(int(segment), int(segment) + 2)
+            place, time = float(self.mesh.positions[k][middle].mean()), float(step * self.grid.step)
+            events.append(
+                SlackEvent(time=time, span=self.mesh.pieces[k], position=place, tension=float(tension))
+            )
+        return tuple(events)
+
+    def why(self, code: int, state: State) -> str:
+        """Why steps ended early, in one line."""
+        if code == at.TOO_STIFF:
+            return self._too_stiff(state)
+        if code != at.SLACK:
+            when = state.counts[at.STEPS] * self.grid.step
+            return f"diverged: the energy is not finite from t = {when:.6g} s on: lower cfl or the input"
+        event = self.slack_events(state)[-1]
+        said = f"the {event.span} span goes slack at t = {event.time:.6g} s, x = {event.position:.4g} m"
+        return f"{said} ({event.tension:.3g} N): raise the pretension, lower the input or allow slack"
+
+    def _too_stiff(self, state: State) -> str:
+        mesh, over = self.mesh, stiffness_over_limit(self.plan, self.laws[0], state.x)
+        stiffest = int(np.argmax(over))
+        span = int(np.searchsorted(mesh.nodes[:, 0], stiffest, side="right")) - 1
+        segment = stiffest - mesh.nodes[span, 0]
+        return (
+            f"the law {self.law_name} is too stiff for the step of {self.grid.step:.4g} s at "
+            f"t = {state.counts[at.STEPS] * self.grid.step:.6g} s in the {mesh.pieces[span]} span at "
+            f"{mesh.positions[span][segment]:.4g} m: give a step of at most "
+            f"{self.grid.step / np.sqrt(over.max()):.4g} s"
+        )
 
     def columns(self, found: Array) -> Array:
-        """The columns of a loop or a line, from what the kernels record; the half cells at rims are cable."""
-        plan, mesh, spans, n = self.plan, self.mesh, len(self.mesh.pieces), len(self.mesh.names)
-        middle, turns = 5 * spans + 3 * len(plan.probe), turns_of(mesh)
-        edges = np.cumsum([3, TALLIES, 1, n, n])
-        energies, tallies, balance, q, q_t, torque = np.split(found[:, middle:], edges, axis=1)
-        rows, place = np.zeros((len(found), self.width)), COLUMN["drive_angle"]
-        rows[:, place : place + 6] = np.hstack([(q - self.rest.turned) @ turns.T, q_t @ turns.T])
-        rows[:, COLUMN["torque"]] = torque[:, 0]
-        names = ("mean_tension", "least_tension", "axial_energy", "transverse_energy", "strain_energy")
-        for k, name in enumerate(names):
-            rows[:, COLUMN[f"{name}_upper"] + np.arange(spans)] = found[:, k * spans : (k + 1) * spans]
-        for span in range(spans):
-            for axis in range(3):
-                moves = 0.5 * (q_t @ mesh.ends[span, :, axis].T) ** 2 @ mesh.half[span]
-                rows[:, AXIAL + span + 2 * (axis > 0)] += moves
-        bodies = np.pad(mesh.network.masses.matrix, (0, len(mesh.wraps)))
-        shafts, inertias = COLUMN["drive_energy"], np.diag(turns @ bodies @ turns.T)
-        apart = (1.0, 1.0, 1.0 * (SHAFTS[2] in mesh.names))  # a rotor on a rigid joint is the pulley's
-        rows[:, shafts : shafts + 3] = 0.5 * inertias * apart * (q_t @ turns.T) ** 2
-        weight = q @ plan.rest
-        rows[:, COLUMN["joint_energy"]] = energies[:, 2] + weight
-        rows[:, WEIGHT_ENERGY] = energies[:, 0] - weight - self.straight_energy
-        rows[:, WEIGHT_ENERGY + 1 : WIDTH] = np.hstack([tallies, balance])
-        rows[:, WIDTH:] = found[:, 5 * spans : middle]
-        return rows
+        """The columns of a record from what the kernels record."""
+        plan, pieces, n = self.plan, len(self.plan.nodes), len(self.mesh.names)
+        widths = [pieces, pieces, 2 * pieces, pieces, 3 * len(plan.probe), 1, 1, 1, TALLIES, 1, n, n]
+        parts = np.split(found, np.cumsum(widths), axis=1)
+        mean, least, ropes, strain, points, weights, bodies, springs, tallies, balance, q, q_t, torque = parts
+        turns = self.mesh.turns.T
+        places = np.hstack([(q - self.rest.turned) @ turns, q_t @ turns])
+        # the constant forces that hold the ropes' ends at rest are theirs
+        ends = -(q @ plan.rest)[:, None]
+        work = tallies[:, TORQUE_WORK] + tallies[:, FORCE_WORK]
+        tallies[:, VISCOUS_LOSS] += tallies[:, JOINT_LOSS]
+        tallies = tallies[:, [TORQUE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS]]
+        tallies[:, 0] = work
+        ropes, strain = (own.sum(axis=1, keepdims=True) for own in (ropes, strain))
+        strain, springs = strain + weights + ends - self.rest.energy, springs - ends
+        return np.hstack(
+            [places, torque, mean, least, points, ropes, bodies, strain, springs, tallies, balance]
+        )
 
     def result(self, outcome: Outcome) -> SimulationResult:
         """Result of the run, as far as it went."""
-        rows, mesh, scheme, state = outcome.rows, self.mesh, self.scheme, outcome.state
+        mesh, rows, scheme = self.mesh, outcome.rows, self.scheme
         outcome = outcome._replace(fields=outcome.fields - self.rest.counted)
-        columns = {"load_angle": COLUMN["load_angle"], "upper_midpoint": WIDTH + 2}
-        reach, handled = reached(state), 0.0
-        turned = np.sort((reach - self.rest.turned) @ turns_of(mesh).T, axis=0)
-        if len(rows):  # what it started with above the energy at rest, and the work done on it
-            start = (
-                float(np.sum(rows[0, AXIAL : WEIGHT_ENERGY + 1])) + self.straight_energy - self.rest.energy
-            )
-            work = rows[:, COLUMN["torque_work"]] + rows[:, COLUMN["force_work"]]
-            handled = max(start, 0.0) + float(np.max(work, initial=0.0))
+        columns = {channel.name: k for k, channel in enumerate(self.channels)}
+        energies = rows[:1, columns["rope_energy"] : columns["rope_energy"] + 4].sum() if len(rows) else 0.0
+        work = float(np.max(rows[:, columns["torque_work"]], initial=0.0))
+        quantities = [*mesh.shown, *(f"w at the middle of {span}" for span in mesh.pieces)]
+        # Turning a pulley passes rope on: only bodies count.
+        bodies = [n for n, name in enumerate(mesh.names) if "." in name and not name.startswith("slip at ")]
+        reach = reached(outcome.state)
+        most = np.abs(reach).max(axis=0)
+        along = np.einsum("kaxn,n->kax", np.abs(mesh.ends[:, :, [0, 2]][..., bodies]), most[bodies])
+        middles = zip(mesh.pieces, (0.5 * mesh.length).tolist(), strict=True)
         return SimulationResult(
             **self.common(outcome),
-            extremes=dict(
-                zip(("drive_angle", "load_angle", "motor_angle"), map(tuple, turned.T.tolist()), strict=True)
-            ),
-            error_estimate=estimated_errors(self, outcome, columns),
-            energy_handled=handled,
+            spans=mesh.pieces,
+            positions=tuple(mesh.positions),
+            probes=(*middles, *self.recording.probes),
+            midpoint_peaks=dict(zip(mesh.pieces, outcome.state.peaks[:, 1].tolist(), strict=True)),
+            slack_events=self.slack_events(outcome.state),
+            energy_at_rest=self.energy_at_rest,
+            extremes=extremes_of(mesh.shown, (reach - self.rest.turned) @ mesh.turns.T),
+            energy_handled=max(float(energies), 0.0) + work,
+            error_estimate=estimated_errors(self, outcome, {name: columns[name] for name in quantities}),
+            largest_motion=float((along.max(axis=(1, 2)) / mesh.length).max(initial=0.0)),
             assumptions=(
-                *neglected([self.machine.cable], self.machine.motors),
-                *(
-                    f"{name}: {low:.3g} to {high:.3g} m"
-                    for name, (low, high) in zip(mesh.names, reach.T, strict=True)
-                    if name.startswith("slip") and low < high
-                ),
+                *_ASSUMPTIONS[: 2 if mesh.whole else 3],
+                *neglected(mesh.network.drive.ropes, mesh.network.drive.motor),
             ),
-            doubts=tuple(passed_words(mesh, np.abs(reach).max(axis=0))),
+            doubts=(
+                *(() if mesh.whole else unheld_words(mesh.network.motion, mesh.network.statics)),
+                *(sag_words(mesh.network, least=ALLOWED) if self.law_name == "linear" else ()),
+                *passed_words(mesh, most),
+            ),
             provenance=self.provenance(
                 {
                     "smoothing_speed": scheme.smoothing_speed if scheme.friction == "smoothed" else None,
-                    "segments": len(mesh.positions[0]) - 1,
+                    "motor": mesh.network.motion.motor,
                 },
-                duration=self.grid.steps * self.grid.step,
-                torque=self.torques[0].fingerprint,
-                torque_offset=float(self.holding[0]),
+                torque=[signal.fingerprint for signal in self.torques],
+                torque_offset=self.holding.tolist(),
             ),
         )
 
-    @cached_property
-    def straight_energy(self) -> float:
-        """Energy of the weight of the straight cable, and of what turns pulleys, above that at rest [J]."""
-        lifted = np.sum(self.plan.node[at.WEIGHT_U : at.WEIGHT_W + 1] * self.rest.counted[::2])
-        return -float(lifted + self.plan.rest @ self.rest.turned)
+
+_ASSUMPTIONS = (
+    "motion about the state of rest: wraps and directions of spans stay those at rest",
+    "ropes hang, and leave their pulleys where they do at rest",
+    "torque: beyond what holds the machine at rest",
+)
 
 
-def released_torque(drive: Drive) -> float:
+def released_torque(mesh: Mesh) -> float:
     """Torque that holds a loop or a line at rest and is not given to a run [N m]: no spring has it."""
-    sprung = any(motor.holding_stiffness for motor in drive.motors)
-    return 0.0 if sprung or drive.drive_pulley.fixed else rest_state(drive).holding_torque
+    drive = mesh.network.drive
+    if drive.pulley[0].fixed or any(motor.holding_stiffness for motor in drive.motor):
+        return 0.0
+    standing = 0.0 if drive.route[0].closed else drive.pulley[0].radius * (drive.ropes[0].pretension or 0.0)
+    return float(mesh.network.statics.torques[0]) + standing
 
 
 def case_of(
@@ -144,9 +241,8 @@ def case_of(
 ) -> RopeRun:
     """Check and prepare a run; what cannot be run is refused. Arguments as of `simulate`."""
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
-    loop, machine = two_pulleys(drive), as_machine(drive)
-    mesh = mesh_of(drive, scheme.segments)
-    if loop is None:
+    machine, mesh = as_machine(drive), mesh_of(drive, scheme.segments)
+    if not mesh.whole:
         check_routes(machine, scheme, recording, start)
     elif start.places or start.speeds:
         raise InputRefused('start: places and speeds are for machines of kind "route": give angles')
@@ -159,8 +255,8 @@ def case_of(
     torques = motor_torques(mesh.driven, torque, duration, grid.step)
     pushes = checked_forces(drive, forces, duration, grid.step)
     rest, holding, nodes = rest_of(mesh, laws, gravity(machine)), 0.0, list[tuple[int, int]]()
-    if loop is not None:
-        holding = released_torque(loop)
+    if mesh.whole:
+        holding = released_torque(mesh)
         given = rest.given - holding * SENSE * np.array([name == NAMES[0] for name in mesh.names])
         rest = rest._replace(given=given)
         nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces]
@@ -174,32 +270,27 @@ def case_of(
         "force_places": plan.force.tolist(),
         "start": sha256(b"".join(own.tobytes() for own in (x, x_t, q, q_t))).hexdigest(),
     }
-    common: dict[str, Any] = {
-        "machine": loop or machine,
-        "scheme": scheme,
-        "recording": recording,
-        "grid": grid,
-        "laws": laws,
-        "mesh": mesh,
-        "rest": rest,
-        "settings": settings,
-        "start": new_state(plan, x, x_t, q, q_t),
-    }
     points = [f"the middle of {span}" for span in mesh.pieces]
     points += [f"{place:g} m of {span}" for span, place in recording.probes]
-    if loop is not None:
-        channels = (*CHANNELS, *displacements(points))
-        offset = np.array([sum(motor.offset_torque for motor in loop.motors)])
-        common |= {"torques": torques, "forces": pushes, "holding": offset, "channels": channels}
-        return LoopCase(plan=plan, **common)
-    ways = dict(zip(PLANES, (ALONG, OUT_OF_PLANE, ACROSS), strict=True))
-    pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]
-    units = np.eye(len(mesh.names))[[mesh.names.index(name) for name in pushed]]
-    return NetworkCase(
-        plan=plan._replace(motor=np.vstack([plan.motor, units])),
-        torques=(*torques, *pushes),
-        forces=(),
-        holding=np.zeros(len(torques) + len(pushes)),
-        channels=routed_channels(mesh.names, mesh.driven, mesh.pieces, pushed, points),
-        **common,
+    pushed, offsets = list[str](), np.multiply(SENSE if mesh.whole else 1.0, offsets_of(machine))
+    if not mesh.whole:  # carriages are coordinates
+        ways = dict(zip(PLANES, (ALONG, OUT_OF_PLANE, ACROSS), strict=True))
+        pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]
+        units = np.eye(len(mesh.names))[[mesh.names.index(name) for name in pushed]]
+        plan, torques, pushes = plan._replace(motor=np.vstack([plan.motor, units])), (*torques, *pushes), ()
+    return RopeRun(
+        machine=drive if mesh.whole else machine,
+        scheme=scheme,
+        recording=recording,
+        grid=grid,
+        torques=torques,
+        holding=np.append(offsets, np.zeros(len(pushed))),
+        channels=channels_of(mesh.shown, mesh.driven, mesh.pieces, pushed, points),
+        settings=settings,
+        plan=plan,
+        mesh=mesh,
+        laws=laws,
+        rest=rest,
+        forces=pushes,
+        start=new_state(plan, x, x_t, q, q_t),
     )

@@ -1,10 +1,6 @@
-"""What is recorded of a run: one row of numbers per recorded time, and what each column is.
+"""What is recorded of a run: one row of numbers per recorded time, and what each column is."""
 
-The columns are the same for every drive and method; what a drive does not have stays zero. Behind them come
-three columns (u, v, w) for each probe, the first probes being the midpoints of the spans.
-"""
-
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -19,44 +15,6 @@ class Channel(NamedTuple):
     meaning: str
 
 
-CHANNELS = (
-    Channel("drive_angle", "rad", "angle of the drive pulley"),
-    Channel("load_angle", "rad", "angle of the load pulley"),
-    Channel("motor_angle", "rad", "angle of the motor; of the drive pulley where the joint is rigid"),
-    Channel("drive_speed", "rad/s", "angular speed of the drive pulley"),
-    Channel("load_speed", "rad/s", "angular speed of the load pulley"),
-    Channel("motor_speed", "rad/s", "angular speed of the motor"),
-    Channel("torque", "N m", "torque of the motor, offset included"),
-    Channel("mean_tension_upper", "N", "tension of the upper span, mean along it"),
-    Channel("mean_tension_lower", "N", "tension of the lower span, mean along it"),
-    Channel("least_tension_upper", "N", "least tension of the upper span"),
-    Channel("least_tension_lower", "N", "least tension of the lower span"),
-    Channel("axial_energy_upper", "J", "kinetic energy of u in the upper span, guided carriages included"),
-    Channel("axial_energy_lower", "J", "kinetic energy of u in the lower span, guided carriages included"),
-    Channel("transverse_energy_upper", "J", "kinetic energy of v and w in the upper span"),
-    Channel("transverse_energy_lower", "J", "kinetic energy of v and w in the lower span"),
-    Channel("strain_energy_upper", "J", "elastic energy of the upper span above the pretensioned cable"),
-    Channel("strain_energy_lower", "J", "elastic energy of the lower span above the pretensioned cable"),
-    Channel("drive_energy", "J", "kinetic energy of the drive pulley"),
-    Channel("load_energy", "J", "kinetic energy of the load pulley"),
-    Channel("motor_energy", "J", "kinetic energy of the motor behind a flexible joint"),
-    Channel("joint_energy", "J", "elastic energy of the motor joint and of the rotor's holding stiffness"),
-    Channel("weight_energy", "J", "potential energy of the weight, zero for the straight cable"),
-    Channel("torque_work", "J", "work of the torque since the start"),
-    Channel("force_work", "J", "work of the forces on carriages since the start"),
-    Channel("transverse_loss", "J", "energy lost to transverse damping since the start"),
-    Channel("axial_loss", "J", "energy lost to axial damping of the cable since the start"),
-    Channel("viscous_loss", "J", "energy lost to viscous friction of the shafts since the start"),
-    Channel("coulomb_loss", "J", "energy lost to Coulomb friction of the shafts since the start"),
-    Channel("joint_loss", "J", "energy lost to the damping of the motor joint since the start"),
-    Channel("balance", "J", "energy of the method, plus losses, minus work: constant if the budget closes"),
-)
-
-COLUMN = {channel.name: number for number, channel in enumerate(CHANNELS)}
-WIDTH = len(CHANNELS)
-
-AXIAL, WEIGHT_ENERGY = COLUMN["axial_energy_upper"], COLUMN["weight_energy"]
-
 # Tallies kept from step to step, in the order of their columns.
 TORQUE_WORK, FORCE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS, JOINT_LOSS = range(7)
 TALLIES = 7
@@ -66,6 +24,70 @@ def displacements(points: Iterable[str]) -> tuple[Channel, ...]:
     """Columns u, v, w of recorded points, by words for each."""
     names = (f"{plane} at {point}" for point in points for plane in "uvw")
     return tuple(Channel(name, "m", f"displacement {name}") for name in names)
+
+
+def channels_of(
+    names: tuple[str, ...],
+    motors: tuple[str, ...],
+    spans: tuple[str, ...],
+    pushed: Sequence[str] = (),
+    points: Sequence[str] = (),
+    travels: bool = False,
+) -> tuple[Channel, ...]:
+    """Columns of a record; coordinates with forces, points of spans, whether lengths follow the bodies."""
+    pose, damped = (" from the pose of the file", " with its damping") if travels else ("", "")
+    both = [(name, "m" if slides(name) else "rad") for name in names]
+    found = [Channel(name, unit, f"place of {name}{pose}") for name, unit in both]
+    found += [Channel(speed_name(name), f"{unit}/s", f"speed of {name}") for name, unit in both]
+    found += [Channel(f"torque on {name}", "N m", f"torque of the motor of {name}") for name in motors]
+    found += [Channel(f"force on {name}", "N", f"force on {name}") for name in pushed]
+    mean = [(one, f"tension of {one}{damped}, mean along it") for one in spans]
+    found += [Channel(f"mean tension, {one}", "N", words) for one, words in mean]
+    found += [Channel(f"least tension, {one}", "N", f"least tension of {one}{damped}") for one in spans]
+    if travels:
+        found += [Channel(f"free length, {one}", "m", f"free length of {one}") for one in spans]
+    found += displacements(points)
+    energies = _TRAVELLING if travels else _STANDING
+    return (*found, *(Channel(name, "J", words) for name, words in energies))
+
+
+_SINCE = "since the start"
+_STANDING = (
+    ("rope_energy", "kinetic energy of the ropes"),
+    ("body_energy", "kinetic energy of bodies, pulleys and motors"),
+    ("strain_energy", "energy of the ropes above that at rest, elastic and of their weight"),
+    ("spring_energy", "energy of springs and of turning bodies above that at rest"),
+    ("torque_work", f"work of the torques, and of forces on carriages, {_SINCE}"),
+    ("transverse_loss", f"energy lost to transverse damping {_SINCE}"),
+    ("axial_loss", f"energy lost to axial damping of the ropes {_SINCE}"),
+    ("viscous_loss", f"energy lost to bearings, bodies and joints {_SINCE}"),
+    ("coulomb_loss", f"energy lost to Coulomb friction and slipping ropes {_SINCE}"),
+    ("balance", "energy of the method, plus losses, minus work: constant if the budget closes"),
+)
+_TRAVELLING = (
+    ("rope_energy", "kinetic energy of the ropes in their spans"),
+    ("body_energy", "kinetic energy of bodies, pulleys and motors, of drums with their rope"),
+    ("strain_energy", "elastic energy of the ropes in their spans"),
+    ("spring_energy", "energy of springs, weights and loads above that at rest"),
+    ("torque_work", f"work of the torques {_SINCE}"),
+    ("weight_work", f"work of the ropes' weight {_SINCE}"),
+    ("axial_loss", f"energy lost to axial damping of the ropes {_SINCE}"),
+    ("viscous_loss", f"energy lost to bearings, bodies and joints {_SINCE}"),
+    ("coulomb_loss", f"energy lost to Coulomb friction {_SINCE}"),
+    ("creep_loss", f"energy lost where rope creeps on pulleys, {_SINCE}"),
+    ("wound_energy", f"energy that rope took onto rims and drums {_SINCE}"),
+    ("balance", "energies plus losses minus works: constant if the budget closes"),
+)
+
+
+def speed_name(name: str) -> str:
+    """What records call the speed of a coordinate."""
+    return name.replace("_angle", "_speed") if name.endswith("_angle") else f"speed of {name}"
+
+
+def slides(name: str) -> bool:
+    """Whether a coordinate is a length."""
+    return name.endswith((".x", ".y", " along", " across", " out of plane")) or name.startswith("slip at ")
 
 
 def width_of(plan: "Plan") -> int:

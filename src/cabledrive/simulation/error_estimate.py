@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass, replace
 from math import log2
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,9 +10,12 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.simulation.keeping import Records
-from cabledrive.simulation.prepared import Outcome, RopeRun
+from cabledrive.simulation.prepared import Outcome
 from cabledrive.simulation.run import integrate_run
 from cabledrive.simulation.start import Scheme
+
+if TYPE_CHECKING:
+    from cabledrive.simulation.case import RopeRun
 
 ORDER_AT_LEAST, ORDER_AT_MOST = 0.5, 2.0
 STILL = 1e-14
@@ -38,7 +41,7 @@ def check_halves(scheme: Scheme) -> None:
         )
 
 
-def estimated_errors(case: RopeRun, outcome: Outcome, columns: dict[str, int]) -> dict[str, Any] | None:
+def estimated_errors(case: "RopeRun", outcome: Outcome, columns: dict[str, int]) -> dict[str, Any] | None:
     r"""Discretisation error of some columns of the records by Richardson's extrapolation, where asked for.
 
     With the differences :math:`D_1 = |x_n - x_{n/2}|` and :math:`D_2 = |x_{n/2} - x_{n/4}|`, largest over the

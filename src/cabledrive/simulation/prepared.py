@@ -3,7 +3,7 @@
 import json
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,21 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.mechanics.mesh import Mesh
 from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.channels import Channel, width_of
-from cabledrive.simulation.methods import TimeGrid, auxiliary, integrate_steps
-from cabledrive.simulation.network.mesh import Rest
-from cabledrive.simulation.own_law import stiffness_over_limit, why_interpreted
-from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_workspace
-from cabledrive.simulation.result import SimulationResult, SlackEvent
+from cabledrive.simulation.channels import Channel
+from cabledrive.simulation.methods import TimeGrid
+from cabledrive.simulation.plan import Plan, State, copy_state
+from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.signals import Signal
 from cabledrive.simulation.start import Recording, Scheme
 
@@ -205,119 +201,14 @@ class PreparedRun(ABC):
         return f"the {what} is not finite at t = {step * self.grid.step:.6g} s"
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RopeRun(PreparedRun):
-    """A run of ropes between coordinates, as the kernels take it."""
+def reached(state: Any) -> Array:
+    """Least and largest place of each coordinate, (2, n); 0 where no step was taken."""
+    return np.where(np.isfinite(state.extremes), state.extremes, 0.0)
 
-    plan: Plan
-    mesh: Mesh
-    laws: list[CableLaw]  # of each piece
-    rest: Rest
-    forces: tuple[Signal, ...]  # on nodes
-    start: State  # displacements and velocities at t = 0
-    coarser: Callable[[Scheme], "RopeRun"] | None = None
-    """The same run with another scheme, where its discretisation error is to be estimated."""
 
-    @property
-    def nodes(self) -> int:
-        """Nodes of all ropes."""
-        return int(self.plan.node.shape[1])
-
-    @cached_property
-    def interpreted(self) -> str | None:
-        """Why the steps are not compiled, in one line; None if they are."""
-        return why_interpreted(self.plan, self.laws[0]) if self.plan.law == at.OWN else why_plain()
-
-    @property
-    def law_name(self) -> str:  # type: ignore[override]
-        """Name of the cable law."""
-        return taut_law(self.laws[0]).name
-
-    @cached_property
-    def work(self) -> Workspace:
-        """Work space of the steps."""
-        return new_workspace(self.plan)
-
-    def inputs(self, first: int, steps: int) -> tuple[Array, ...]:
-        """Torques, (steps, motors) [N m], and forces, (steps, forces) [N]."""
-        return (*super().inputs(first, steps), self.at_steps(self.forces, first, steps))
-
-    def first_state(self) -> State:
-        """State before the first step: velocities half a step before the start."""
-        (torque, *_), (forces, *_) = self.inputs(0, 1)
-        state = half_step_before(self.plan, self.laws, copy_state(self.start), torque, forces)
-        if self.scheme.method != "energy-conserving":
-            return state
-        return state._replace(extra=auxiliary(self.plan, self.laws, state))
-
-    def integrate(self, state: State, inputs: list[Array], every: int, rows: Array, fields: Array) -> int:
-        """Take the steps, the first of every ``every`` recorded; why they end."""
-        found = np.zeros((len(rows), width_of(self.plan)))
-        given, (torque, forces), law = (self.plan, state, self.work), inputs, self.laws[0]
-        code = integrate_steps(self.scheme.method, given, (torque, forces), every, (found, fields), law)
-        with np.errstate(all="ignore"):  # of a run that diverged
-            rows[:] = self.columns(found)
-        return code
-
-    def common(self, outcome: Outcome) -> dict[str, Any]:
-        """What every result holds of how its run ended, and of its spans."""
-        mesh, state = self.mesh, outcome.state
-        middles = zip(mesh.pieces, (0.5 * mesh.length).tolist(), strict=True)
-        return super().common(outcome) | {
-            "spans": mesh.pieces,
-            "positions": tuple(mesh.positions),
-            "probes": (*middles, *self.recording.probes),
-            "midpoint_peaks": dict(zip(mesh.pieces, state.peaks[:, 1].tolist(), strict=True)),
-            "slack_events": self.slack_events(state),
-            "energy_at_rest": self.energy_at_rest,
-        }
-
-    @property
-    def energy_at_rest(self) -> float:
-        """What the ropes store at rest [J]."""
-        mesh = self.mesh
-        stretched = 0.5 * mesh.ropes * mesh.tension**2 / mesh.rigidity * mesh.length
-        return float(np.sum(stretched)) + abs(float(self.rest.energy))
-
-    def slack_events(self, state: State) -> tuple[SlackEvent, ...]:
-        """Where and when spans went slack up to a state, in order, the first thousand times."""
-        events = []
-        for step, piece, segment, tension in state.events[
-            : min(int(state.counts[at.EVENTS]), at.MOST_EVENTS)
-        ]:
-            k, middle = int(piece), slice(int(segment), int(segment) + 2)
-            place, time = float(self.mesh.positions[k][middle].mean()), float(step * self.grid.step)
-            events.append(
-                SlackEvent(time=time, span=self.mesh.pieces[k], position=place, tension=float(tension))
-            )
-        return tuple(events)
-
-    def why(self, code: int, state: State) -> str:
-        """Why steps ended early, in one line."""
-        if code == at.TOO_STIFF:
-            return self._too_stiff(state)
-        if code != at.SLACK:
-            when = state.counts[at.STEPS] * self.grid.step
-            return f"diverged: the energy is not finite from t = {when:.6g} s on: lower cfl or the input"
-        event = self.slack_events(state)[-1]
-        said = f"the {event.span} span goes slack at t = {event.time:.6g} s, x = {event.position:.4g} m"
-        return f"{said} ({event.tension:.3g} N): raise the pretension, lower the input or allow slack"
-
-    def _too_stiff(self, state: State) -> str:
-        mesh, over = self.mesh, stiffness_over_limit(self.plan, self.laws[0], state.x)
-        stiffest = int(np.argmax(over))
-        span = int(np.searchsorted(mesh.nodes[:, 0], stiffest, side="right")) - 1
-        segment = stiffest - mesh.nodes[span, 0]
-        return (
-            f"the law {self.law_name} is too stiff for the step of {self.grid.step:.4g} s at "
-            f"t = {state.counts[at.STEPS] * self.grid.step:.6g} s in the {mesh.pieces[span]} span at "
-            f"{mesh.positions[span][segment]:.4g} m: give a step of at most "
-            f"{self.grid.step / np.sqrt(over.max()):.4g} s"
-        )
-
-    @abstractmethod
-    def columns(self, found: Array) -> Array:
-        """The columns of a record from what the kernels record."""
+def extremes_of(names: tuple[str, ...], reach: Array) -> dict[str, tuple[float, float]]:
+    """Least and largest place by the names of the coordinates; ``reach``, (2, n): both, in any order."""
+    return dict(zip(names, map(tuple, np.sort(reach, axis=0).T.tolist()), strict=True))
 
 
 def _finite_steps(inputs: tuple[Array, ...], steps: int) -> int:

@@ -139,9 +139,8 @@ class SimulationResult(Result):
         Parameters
         ----------
         name : str
-            Of a loop one of `cabledrive.simulation.channels.CHANNELS`; of a machine with routes a coordinate
-            ("head.x"), "speed of head.x", "torque on motor", "mean tension, SPAN", "w at the middle of SPAN",
-            "balance", ...
+            A coordinate, as "head.x" and "speed of head.x", of a loop "load_angle" and "load_speed"; "torque
+            on motor", "mean tension, SPAN", "w at the middle of SPAN", "balance", ...
 
         Returns
         -------
@@ -248,17 +247,15 @@ class SimulationResult(Result):
         ndarray, shape (records,)
             In N.
         """
-        both = (f"least tension, {span}", f"least_tension_{span}")
-        return self.channel(next(name for name in both if name in self.names))
+        return self.channel(f"least tension, {span}")
 
     @property
     def content(self) -> Content:
         """Everything, as a dataset or a file takes it; NetCDF takes a slash for a group."""
-        missing = tuple({"upper", "lower"} - set(self.spans)) if "load_angle" in self.names else ()
         found = [
             Variable(one.name.replace("/", "_"), ("time",), self.rows[:, k], one.unit, one.meaning)
             for k, one in enumerate(self.channels)
-            if k not in self._points and not (missing and one.name.endswith(missing))
+            if k not in self._points
         ]
         budget = "error of the energy budget, 0 at the start"
         found.append(Variable("budget_error", ("time",), self.budget_error, "J", budget))

@@ -5,7 +5,7 @@ from math import hypot
 from typing import Any
 
 from cabledrive.parameters.cable import RIGIDITY, Rope
-from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive import SENSE, Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import (
@@ -50,7 +50,8 @@ def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) ->
     motors = []
     for name, part, turns in zip(NAMES, parts, driven, strict=True):
         if turns and name == NAMES[0] and drive.motor is not None:
-            motors.append(RoutedMotor(pulley=name, **_alike(RoutedMotor, drive.motor)))
+            sensed = {"offset_torque": SENSE * drive.motor.offset_torque + 0.0}
+            motors.append(RoutedMotor(pulley=name, **_alike(RoutedMotor, drive.motor) | sensed))
         elif turns:  # what gives its torque has the pulley's own inertia
             motors.append(RoutedMotor(pulley=name, inertia=part.inertia))
     beyond = {"upper": 0.0, "lower": drive.pulley_distance}

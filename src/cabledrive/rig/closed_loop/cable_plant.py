@@ -28,13 +28,12 @@ from cabledrive.rig.closed_loop.loop_kernels import loop_over
 from cabledrive.rig.laws.controllers import load_gear
 from cabledrive.rig.setting import RigOptions, current_rate
 from cabledrive.simulation import Recording, Scheme, Start
-from cabledrive.simulation.case import case_of
+from cabledrive.simulation.case import RopeRun, case_of
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.coordinates import dot
 from cabledrive.simulation.kernels import integrate
 from cabledrive.simulation.network.mesh import passed_words
 from cabledrive.simulation.plan import PRETENSION, Plan, State, Workspace, new_state, new_workspace
-from cabledrive.simulation.prepared import RopeRun
 
 HANGS = 0.01  # share of the pretension below which a span hangs from its ends: it sags rather than pushes
 

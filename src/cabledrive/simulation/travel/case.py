@@ -14,10 +14,9 @@ from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.parameters.route.strain_free import turns_between
-from cabledrive.simulation.network.case import common_of_routes, left_out
 from cabledrive.simulation.plan import SLACK
-from cabledrive.simulation.prepared import Outcome, PreparedRun
-from cabledrive.simulation.result import SimulationResult
+from cabledrive.simulation.prepared import Outcome, PreparedRun, extremes_of, reached
+from cabledrive.simulation.result import SimulationResult, neglected
 from cabledrive.simulation.travel.plan import (
     DENSITY,
     NO_SPAN,
@@ -171,7 +170,8 @@ class TravelCase(PreparedRun):
         moving = rows[:, first : first + 2].sum(axis=1)
         work = np.abs(rows[:, last]) if len(rows) else np.zeros(1)
         return SimulationResult(
-            **common_of_routes(self, outcome, self.names),
+            **self.common(outcome),
+            extremes=extremes_of(self.names, reached(outcome.state)),
             spans=self.spans,
             energy_handled=max(float(np.max(moving, initial=0.0)), float(np.max(work, initial=0.0))),
             energy_at_rest=float(rows[0, columns["strain_energy"]]) if len(rows) else 0.0,
@@ -196,7 +196,7 @@ class TravelCase(PreparedRun):
             found.append(f"{_ACROSS}: {mass:.3g} kg of ropes beside {carried:.4g} kg of bodies")
         if self.move is None:
             found.append("torque: beyond what holds the machine at rest")
-        return (*found, *left_out(drive))
+        return (*found, *neglected(drive.ropes, drive.motor))
 
     def _wraps(self, state: TravelState) -> tuple[dict[str, Any], ...]:
         """Largest friction coefficient that each wrap needed, beside the file's."""

@@ -14,11 +14,12 @@ from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
+from cabledrive.simulation.channels import channels_of
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.case import (
     motor_torques,
     never_simulated,
-    routed_channels,
+    offsets_of,
 )
 from cabledrive.simulation.network.mesh import rubbing_of
 from cabledrive.simulation.signals import Function, Signal
@@ -76,7 +77,7 @@ def travel_case(
         scheme=scheme,
         recording=recording,
         grid=grid,
-        channels=routed_channels(network.motion.names, names, spans, travels=True),
+        channels=channels_of(network.motion.names, names, spans, travels=True),
         network=network,
         plan=plan,
         names=network.motion.names,
@@ -85,7 +86,7 @@ def travel_case(
         move=move,
         way=way,
         torques=torques,
-        holding=holding,
+        holding=holding + offsets_of(drive),
         x=x,
         length=length,
         q_t=q_t,
