@@ -13,7 +13,8 @@ from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.printer import belt_of, is_printer_file, printer
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.report.animation import controlled_film
+from cabledrive.reduction.network_axis import as_axis
+from cabledrive.report.animation import animation_svg, controlled_film
 from cabledrive.report.figures import run_histories
 from cabledrive.report.figures.ladder import staircase
 from cabledrive.report.figures.shapes import FEWEST
@@ -196,3 +197,37 @@ def test_every_picture_says_the_error_at_its_time():
         errors = np.degrees(found.error[at])
         assert errors.min() - 1e-4 <= float(error) <= errors.max() + 1e-4
     assert float(said[-1][0]) == pytest.approx(found.time[-1], abs=5e-4)
+
+
+def test_a_film_of_a_sliding_load_says_the_error_in_length():
+    drive, motion = as_axis(cd.load_drive("corexy")), Motion(angle=60.0, rise=0.2, dwell=0.05)
+    found = track(drive, controller="pd", bandwidth=10.0, plant="model-3", motion=motion)
+    page = controlled_film(drive, found)
+    said = re.findall(r">(\d+\.\d+) s, error (-?[\d.]+) mm<", page)
+    assert len(said) == 64
+    millimetres = 1e3 * abs(drive.axis.per_angle) * found.error
+    for time, error in said:
+        at = np.abs(found.time - float(time)) <= 0.0005 + 1e-9
+        assert millimetres[at].min() - 1e-4 <= float(error) <= millimetres[at].max() + 1e-4
+
+
+def bend(path):
+    """Largest distance of the points of a drawn line from that between its ends [px]."""
+    points = np.array([[float(value) for value in own.split()] for own in path[1:].split(" L")])
+    (x, y), chord = (points - points[0]).T, points[-1] - points[0]
+    return np.abs(chord[0] * y - chord[1] * x).max() / np.hypot(*chord)
+
+
+def test_an_animation_of_routes_draws_each_rope_as_far_aside_as_it_is():
+    """A plucked span of a printer: 26 px at most, and in each frame in proportion to the record."""
+    drive, span = cd.load_drive("printer-idlers"), "motor to lower idler"
+    start = Start(plucks=(Pluck(height=1e-3, span=span, shape="half-sine"),))
+    run = simulate(drive, 4e-3, start=start, scheme=Scheme(segments=20), recording=Recording(fields=2))
+    _, drawing = animation_svg("machine", drive, run)
+    frames = drawing.split('-frame" style')[1:]
+    own = run.spans.index(span)
+    first = sum(len(places) for places in run.positions[:own])
+    truth = np.abs(run.fields[:, 2, first : first + len(run.positions[own])]).max(axis=1)
+    drawn = [max(map(bend, re.findall(r'd="(M[^"]+)" style="fill: none', frame))) for frame in frames]
+    assert len(frames) == truth.size > 10
+    np.testing.assert_allclose(drawn, 26.0 * truth / truth.max(), atol=0.2)

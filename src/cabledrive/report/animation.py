@@ -1,37 +1,47 @@
-"""The loop in motion: frames of a run, on a page without a script, and under control.
+"""A machine in motion: frames of a run, on a page without a script, and a loop under control.
 
-Deflections across the cable and turns of the pulleys are drawn larger than they are, by factors that are
-said; the spokes turn with the pulleys, clockwise where the upper span moves on to the load pulley.
+Deflections of ropes from the line between their ends, ways of bodies and turns of pulleys are drawn larger
+than they are, by factors that are said; the spokes turn with the pulleys.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from cmath import exp
+from collections.abc import Callable, Mapping, Sequence
 from math import degrees, pi
 
 import numpy as np
 from markupsafe import Markup
 
 from cabledrive.answers.figures import number, quantity
+from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
-from cabledrive.report.figures.moving_machine import DrawnMachine, draw_machine, tense
+from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route import Body, Machine, RoutedDrive
+from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.report.figures.moving_machine import POINTS, DrawnMachine, draw_machine, tense
 from cabledrive.report.figures.sheet import Sheet
 from cabledrive.report.picture import theme_css
 from cabledrive.rig import Tracking
+from cabledrive.rig.setting import CABLE
 from cabledrive.simulation import SimulationResult
 
 MOST_FRAMES = 72
 SECONDS_PER_FRAME = 1.0 / 16.0
 FIRST_LINE = 18.0  # px
 _DEFLECTION, _TURN, _LARGEST_FACTOR = 26.0, 0.6, 1e6  # px, rad
+_MOST_APART = 100.0  # factors of bodies and of ropes
+MOST_POINTS = 400
+"""Points of all ropes in a frame, beside a few of each."""
+ANGLES = {"drive pulley": "drive_angle", "load pulley": "load_angle"}
+"""What records of loops and lines call the turns of their pulleys."""
 
 
-def frame_interval(drive: Drive) -> float:
-    """Time between frames that shows the lowest transverse mode in eighteen pictures. Returns [s]."""
-    speed = (drive.cable.pretension / drive.cable.stretched_mass_per_length) ** 0.5
-    return 2.0 * drive.pulley_distance / speed / 18.0
+def frame_interval(drive: Machine) -> float:
+    """Time between frames that shows the slowest piece of rope, as a string, in eighteen pictures [s]."""
+    return 2.0 * float(network_of(as_machine(drive)).time.max()) / 18.0
 
 
-def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Markup, Markup]:
-    """The loop in motion for a page: a switch that pauses it, and the drawing, which stands beside it.
+def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[Markup, Markup]:
+    """A machine in motion for a page: a switch that pauses it, and the drawing, which stands beside it.
 
     Whoever asks for less motion gets a drawing at rest, and starts it with the switch. Less than two whole
     fields are refused.
@@ -40,39 +50,108 @@ def animation_svg(name: str, drive: Drive, result: SimulationResult) -> tuple[Ma
         raise InputRefused(
             f"{len(result.fields)} whole fields kept, at least 2 are needed: run with Recording(fields=...)"
         )
-    fields, time = result.fields[:MOST_FRAMES, 2], result.field_time[:MOST_FRAMES]
-    angles = (result.drive_angle, result.load_angle)
-    turns = np.column_stack([np.interp(time, result.time, angle) for angle in angles])
-    turns -= turns[0]
-    deepest, furthest = float(np.max(np.abs(fields))), float(np.max(np.abs(turns)))
-    pixels = _DEFLECTION / deepest if deepest > 0.0 else 0.0  # of a metre of deflection
-    larger = min(_TURN / furthest, _LARGEST_FACTOR) if furthest > _TURN / _LARGEST_FACTOR else 1.0
-    larger = float(f"{larger:.1e}")
+    machine, time = as_machine(drive), result.field_time[:MOST_FRAMES]
     still = Sheet()
     drawn = draw_machine(still, drive)
+    turns = np.column_stack([_turn(pulley.joint, result, time) for pulley in drawn.pulleys])
+    ends, fields = _deflections(machine, result)
+    ways = np.array([[_way(body, move, result, time) for move in "xy"] for body in machine.body])
+    ways = ways.reshape(-1, 2, time.size)
+    moved = max(float(np.max(np.abs(own), initial=0.0)) for own in (ways, ends))
+    deepest, furthest = float(np.max(np.abs(fields))), float(np.max(np.abs(turns), initial=0.0))
+    least = _DEFLECTION / _LARGEST_FACTOR / drawn.scale
+    pixels, carried = (_DEFLECTION / own if own > least else 0.0 for own in (deepest, moved))  # of a metre
+    carried = max(carried, drawn.scale) if carried else 0.0  # never smaller than they are
+    if not machine.body or 0.0 < pixels < carried / _MOST_APART:
+        carried = pixels * (_MOST_APART if machine.body else 1.0)
+    larger = min(_TURN / furthest, _LARGEST_FACTOR) if furthest > _TURN / _LARGEST_FACTOR else 1.0
+    larger = float(f"{larger:.1e}")
     for span in drawn.spans:
         still.line(*span.points, colour="line", dashes="4 4")
-    ends = drawn.spans[0].points[[0, -1]]
-    scale = pixels * drive.pulley_distance / float(np.linalg.norm(ends[1] - ends[0]))
     speed = float(time[1] - time[0]) / SECONDS_PER_FRAME
-    words = f"w × {number(scale, 2)}, angles × {number(larger, 2)}, at {number(speed, 2)} times its speed"
+    factors = {
+        "w": pixels / drawn.scale,
+        "bodies": carried / drawn.scale * bool(machine.body),
+        "angles": larger,
+    }
+    words = [f"{what} × {number(own, 2)}" for what, own in factors.items() if own > 0.0]
+    words.append(f"at {number(speed, 2)} times its speed")
+    few = np.unique(
+        np.linspace(0, POINTS - 1, max(5, min(POINTS, MOST_POINTS // len(drawn.spans)))).astype(int)
+    )
 
     def draw(one: Sheet, frame: int) -> str:
-        _spokes(one, drawn, larger * turns[frame])
-        for row, (span, colour) in enumerate(zip(drawn.spans, ("blue", "orange"), strict=False)):
-            at = result.positions[row] / result.positions[row][-1]
-            field = fields[frame, row * at.size :][: at.size]
-            w = np.interp(np.linspace(0.0, 1.0, len(span.points)), at, field)
-            one.line(*span.moved(pixels * w), colour=colour, width=2.0)
+        _spokes(
+            one,
+            drawn,
+            {own.joint: larger * turn for own, turn in zip(drawn.pulleys, turns[frame], strict=True)},
+        )
+        for row, span in enumerate(drawn.spans):
+            first, last = carried * ends[frame, row]
+            w = np.linspace(first, last, POINTS) + pixels * fields[frame, row]
+            colour = ("blue", "orange")[row % 2]
+            one.line(*span.moved(w)[few], colour=colour, width=2.0)
+        for (x, y), way in zip(drawn.bodies, carried * ways[:, :, frame], strict=True):
+            one.box((x + way[0], y - way[1]), (10.0, 10.0), colour="green")
         return f"{1e3 * (time[frame] - time[0]):.1f} ms"
 
-    return switch(name, time.size), _film(name, still, drawn, words, draw, range(time.size))
+    return switch(name, time.size), _film(name, still, drawn, ", ".join(words), draw, range(time.size))
 
 
-def animation_page(drive: Drive, result: SimulationResult) -> str:
-    """The loop in motion as HTML that needs no other file; refused with less than two whole fields."""
-    alt = "The cable loop in motion: both spans vibrate, the pulleys oscillate."
-    return moving_page(drive.title or drive.name, *animation_svg("loop", drive, result), alt=alt)
+def _turn(pulley: str, result: SimulationResult, time: Array) -> Array:
+    """Turn of a pulley from the first frame on, clockwise, (frames,) [rad]; 0 of what is no coordinate."""
+    angle = ANGLES.get(pulley, pulley)  # of a loop counted as its upper span runs, of others anticlockwise
+    if angle not in result.names:
+        return np.zeros(time.size)
+    turned = np.interp(time, result.time, result.channel(angle))
+    return (turned - turned[0]) * (1.0 if angle in ANGLES.values() else -1.0)
+
+
+def _way(body: Body, move: str, result: SimulationResult, time: Array) -> Array:
+    """Way of a body along x or y from the first frame on, (frames,) [m]; of one that turns of its centre."""
+    name = f"{body.name}.{'turn' if body.pivot else move}"
+    if name not in result.names:
+        return np.zeros(time.size)
+    way = np.interp(time, result.time, result.channel(name))
+    arm = (
+        1.0
+        if body.pivot is None
+        else (body.pivot[1] - body.at[1], body.at[0] - body.pivot[0])["xy".index(move)]
+    )
+    return arm * (way - way[0])
+
+
+def _parts(machine: RoutedDrive, pieces: int) -> list[int]:
+    """Pieces of rope in each span, of so many in all: whole spans, or cut at carriages."""
+    spans = len(machine.free_spans)
+    if pieces == spans:
+        return [1] * spans
+    return [1 + sum(span == own for span, _ in machine.carriage_places) for own in range(spans)]
+
+
+def _deflections(machine: RoutedDrive, result: SimulationResult) -> tuple[Array, Array]:
+    """Motion across of the ends of each span, (frames, spans, 2), and of its points from the line between."""
+    w = result.fields[:MOST_FRAMES, 2]
+    parts = _parts(machine, len(result.positions))
+    share, ends, found = np.linspace(0.0, 1.0, POINTS), list[Array](), list[Array]()
+    pieces = np.split(w, np.cumsum([len(own) for own in result.positions])[:-1], axis=1)
+    for last in np.cumsum(parts):
+        own = slice(last - parts[len(found)], last)
+        places, begun = list[Array](), 0.0
+        for at in result.positions[own]:
+            places.append(begun + at)
+            begun += at[-1]
+        at, field = np.concatenate(places) / begun, np.hstack(pieces[own])
+        ends.append(field[:, [0, -1]])
+        line = field[:, :1] + (field[:, -1:] - field[:, :1]) * share
+        found.append(np.array([np.interp(share, at, frame) for frame in field]) - line)
+    return np.stack(ends, axis=1), np.stack(found, axis=1)
+
+
+def animation_page(drive: Machine, result: SimulationResult) -> str:
+    """A machine in motion as HTML that needs no other file; refused with less than two whole fields."""
+    alt = "The machine in motion: ropes vibrate, pulleys oscillate, bodies move."
+    return moving_page(drive.title or drive.name, *animation_svg("machine", drive, result), alt=alt)
 
 
 def moving_page(title: str, control: Markup, drawing: Markup, *, alt: str) -> str:
@@ -91,10 +170,47 @@ def moving_page(title: str, control: Markup, drawing: Markup, *, alt: str) -> st
     return str(frame.format(title=title, css=Markup(theme_css()), control=control, drawing=drawing, alt=alt))
 
 
-def _spokes(sheet: Sheet, drawn: DrawnMachine, angles: Iterable[float]) -> None:
-    """A diameter of each pulley, turned [rad]."""
-    for pulley, angle in zip(drawn.pulleys, angles, strict=True):
-        sheet.line(pulley.rim(angle), pulley.rim(angle + pi), width=2.0)
+def _spokes(sheet: Sheet, drawn: DrawnMachine, angles: Mapping[str, float]) -> None:
+    """A diameter of each pulley of a name, turned clockwise [rad]."""
+    for pulley in drawn.pulleys:
+        if (angle := angles.get(pulley.joint)) is not None:
+            sheet.line(pulley.rim(angle), pulley.rim(angle + pi), width=2.0)
+
+
+def _draw_load(
+    sheet: Sheet, drawn: DrawnMachine, machine: RoutedDrive, load: tuple[str, float], *, wanted: bool
+) -> None:
+    """A load by its name at a place [m], [rad]: of a pulley a diameter, of a body or a carriage a box.
+
+    If ``wanted``, in green, ticks outside the rim or a larger box.
+    """
+    (name, _, move), place = load[0].partition("."), load[1]
+    colour, size = ("green", 16.0) if wanted else ("ink", 9.0)
+    for pulley in drawn.pulleys:
+        if pulley.joint == load[0]:
+            for turn in (-place, pi - place):
+                start = pulley.rim(turn, 2.0) if wanted else pulley.centre
+                sheet.line(start, pulley.rim(turn, 9.0 * wanted), colour=colour, width=2.0)
+            return
+    names = [body.name for body in machine.body]
+    if name in names:
+        number = names.index(name)
+        body, (x, y) = machine.body[number], drawn.bodies[number]
+        way = (place * (move == "x"), place * (move == "y"))
+        if body.pivot is not None:
+            arm = complex(body.at[0] - body.pivot[0], body.at[1] - body.pivot[1])
+            turned = arm * exp(1j * place) - arm
+            way = turned.real, turned.imag
+        at = x + drawn.scale * way[0], y - drawn.scale * way[1]
+    else:
+        number = next(
+            i for i, own in enumerate(machine.carriage) if load[0].startswith(own.name or f"carriage {i}")
+        )
+        span, along = machine.carriage_places[number]
+        share = (along + place) / machine.free_spans[span].length
+        points = drawn.spans[span].points
+        at = tuple(float(np.interp(share, np.linspace(0.0, 1.0, POINTS), way)) for way in points.T)  # type: ignore[assignment]
+    sheet.box(at, (size, size), colour=colour)
 
 
 def _film(
@@ -154,40 +270,48 @@ NAME = "controlled"
 
 
 def controlled_film(drive: Drive, run: Tracking) -> str:
-    """A run of the rig on a plant with two pulleys, as an HTML page that needs no other file.
+    """A run of the rig on an axis, as an HTML page that needs no other file.
 
-    The motion plays to scale; short ticks show where the load pulley should be, and the words by how much it
-    is not there. Refused: a plant without spans under tension, a run that ended at once.
+    The motion of motors and load plays to scale, ropes have the colour of their tension where the plant has
+    the machine's; green shows where the load should be, and the words by how much it is not there. Refused: a
+    run that ended at once.
     """
-    tensions = run.tensions
-    if tensions is None:
-        raise InputRefused("the film shows tensions: choose a plant with a flexible cable, such as `cable`")
     if run.time.size < 2:
         raise InputRefused(f"the run ended at once: {run.incomplete}")
+    axis, machine = drive.axis, as_machine(drive.axis.machine)
     shown = np.unique(np.linspace(0, run.time.size - 1, FRAMES).astype(int))
-    low, high = float(tensions.min()), float(tensions.max())
     still = Sheet()
-    drawn = draw_machine(still, drive)
+    drawn = draw_machine(still, machine)
+    ours = run.tensions is not None and (drive.chain_of is None or run.summary["plant"] == CABLE)
+    tensions = run.tensions if ours else None  # a lumped plant's are those of its chain
+    parts = _parts(machine, 0 if tensions is None else tensions.shape[1])
+    low = high = 0.0
     speed = float(run.time[-1] - run.time[0]) / (SECONDS_PER_FRAME * shown.size)
-    words = (
-        f"tension {quantity(low, 'N', 4)} to {quantity(high, 'N', 4)}, at {number(speed, 2)} times its speed"
-    )
+    words = f"at {number(speed, 2)} times its speed"
+    if tensions is not None:
+        low, high = float(tensions.min()), float(tensions.max())
+        words = f"tension {quantity(low, 'N', 4)} to {quantity(high, 'N', 4)}, {words}"
+    turned = run.angles[:, max(run.angles.shape[1] - 2, 0)]
+    unit, size = ("mm", 1e3 * abs(axis.per_angle)) if axis.slides else ("deg", degrees(1.0))
 
     def draw(one: Sheet, sample: int) -> str:
         for row, span in enumerate(drawn.spans):
-            share = (float(tensions[sample, row]) - low) / max(high - low, 1e-12)
-            one.elements.append(tense(span.points, share))
-        turned = float(run.angles[sample, -2]), float(run.load_angle[sample])  # each at its own shaft
-        _spokes(one, drawn, turned)
-        load, wanted = drawn.pulleys[1], float(run.reference[sample])
-        for end in (wanted, wanted + pi):
-            one.line(load.rim(end, 2.0), load.rim(end, 9.0), colour="green", width=2.0)
-        return f"{run.time[sample]:.3f} s, error {degrees(float(run.error[sample])):.4f} deg"
+            if tensions is None:
+                one.line(*span.points, colour="quiet", width=2.0)
+            else:
+                pull = float(tensions[sample, sum(parts[:row]) : sum(parts[: row + 1])].mean())
+                one.elements.append(tense(span.points, (pull - low) / max(high - low, 1e-12)))
+        motors = {name: -sign * float(turned[sample]) for name, sign in axis.words["motors"].items()}
+        _spokes(one, drawn, motors)
+        for angle in (run.reference, run.load_angle):
+            place = axis.per_angle * float(angle[sample])
+            _draw_load(one, drawn, machine, (axis.load, place), wanted=angle is run.reference)
+        return f"{run.time[sample]:.3f} s, error {size * float(run.error[sample]):.4f} {unit}"
 
     plant = run.summary["plant"]
     return moving_page(
         f"{drive.title or drive.name}: {run.summary['controller']} on {plant}",
         switch(NAME, shown.size),
         _film(NAME, still, drawn, words, draw, shown.tolist()),
-        alt=f"The drive under control: the load pulley follows its reference, plant {plant}.",
+        alt=f"The drive under control: the load follows its reference, plant {plant}.",
     )

@@ -10,7 +10,7 @@ from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import force_option, machine_argument, option, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.tracked import move_of
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.parameters.units import to_si
@@ -68,7 +68,7 @@ _NOT_FAST = (
 @option(
     "--animate",
     ".html",
-    "Animate the first periods of the loop, with a switch. Not with --model fast.",
+    "Animate the first periods of the machine, with a switch. Not with --model fast or bodies that travel.",
     metavar="FILE",
 )
 @option("--resume", "flag", "Resume an interrupted run.")
@@ -83,9 +83,6 @@ def command(
 
     A machine with routes moves about its state of rest.
     """
-    machine: Any = drive  # a loop or a line where these two are given
-    for name, given in (("--model fast", options["model"] == "fast"), ("--animate", animate is not None)):
-        machine = require_two_pulleys(drive, name) if given else machine
     if options["model"] == "fast":
         refuse_given(*_NOT_FAST, why="does not go with --model fast: leave it out or use --model exact")
     if output is None and animate is None:
@@ -98,7 +95,7 @@ def command(
     if not (options["pluck_upper"] or options["pluck_lower"] or options["pluck"]):
         tell_given("pluck_shape", why="has no effect: no span is plucked")
     if animate is not None:
-        options["fields"] = fields_to_animate(machine, options)
+        options["fields"] = fields_to_animate(drive, options)
     from cabledrive.simulation import Recording, Start, simulate
 
     plucks, torque = _plucks(options), _torque(options["torque_amplitude"], options["torque_frequency"])
@@ -110,7 +107,7 @@ def command(
         from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 
         result = simulate_fast(
-            machine,
+            require_two_pulleys(drive, "--model fast"),
             options["duration"],
             torque=torque,
             start=hung or Start(plucks=plucks),
@@ -253,12 +250,16 @@ def undrawn(
     return None
 
 
-def fields_to_animate(drive: Drive, options: dict[str, Any]) -> int:
+def fields_to_animate(drive: Machine, options: dict[str, Any]) -> int:
     """Every how many records all nodes are kept: as asked for, else often enough to follow the motion."""
     from cabledrive.report.animation import frame_interval
 
     if options["model"] == "fast":
         raise InputRefused("--animate does not go with --model fast: leave it out or use --model exact")
+    if options["travel"] or options["moves"]:
+        raise InputRefused(
+            "--animate does not go with --travel or --move, which keep no whole fields: use --plot"
+        )
     interval = min(frame_interval(drive), options["duration"] / 24.0)
     every = options["fields"] or max(1, round(options["rate"] * interval))
     records = options["duration"] * options["rate"]

@@ -19,7 +19,6 @@ from cabledrive.app.options import (
 from cabledrive.app.results import Answer, NewFile
 from cabledrive.app.tracked import answer_of_run, two_motor_answer
 from cabledrive.parameters import load_drive
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 OF_THE_RIG = (
     *("observer", "feedback", "encoder_phase", "ideal_sensors", "smooth_friction", "as_printed"),
@@ -110,7 +109,7 @@ METHOD = "inertias and links in steps of second order between samples, friction 
 @option(
     "--animate",
     ".html",
-    "Animate the run: pulleys as they turn, spans coloured by tension.",
+    "Animate the run: motors and load as they move, ropes coloured by tension.",
     metavar="FILE.html",
 )
 def command(
@@ -134,8 +133,6 @@ def command(
 
     if is_winched(drive):
         return two_motor_answer(drive, plant_settings, spec)
-    if animate is not None:
-        require_two_pulleys(drive, "--animate")
     refuse_given(
         "moves", "least_tension", "gust", why="is for a body between two winches: this drive has none"
     )

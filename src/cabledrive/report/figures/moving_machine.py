@@ -66,6 +66,8 @@ class DrawnMachine:
     size: Point
     spans: list[DrawnSpan]
     pulleys: list[DrawnPulley]
+    bodies: list[Point]  # where each is [px]
+    scale: float  # pixels of a metre
 
 
 def moving_machine(drive: Machine, mode: Mode | None) -> Markup:
@@ -127,7 +129,13 @@ def draw_machine(sheet: Sheet, drive: Machine) -> DrawnMachine:
         DrawnPulley(joint=own.name, centre=place(own.at), radius=scale * own.radius) for own in shown.pulley
     ]
     deepest = max(float(span.points[:, 1].max()) for span in spans)
-    return DrawnMachine(size=(width, max(height, deepest + 12.0)), spans=spans, pulleys=pulleys)
+    return DrawnMachine(
+        size=(width, max(height, deepest + 12.0)),
+        spans=spans,
+        pulleys=pulleys,
+        bodies=[place(body.at) for body in shown.body],
+        scale=scale,
+    )
 
 
 def _coloured(sheet: Sheet, span: DrawnSpan, low: float, high: float) -> None:

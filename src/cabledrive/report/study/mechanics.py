@@ -4,8 +4,9 @@ from collections import Counter
 from itertools import chain
 
 from cabledrive.answers.figures import figures_of, number, quantity
+from cabledrive.mechanics.holding import released
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.quality import distributed
 from cabledrive.report.animation import animation_svg
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph, RowGroup, Table, pictured, table
@@ -13,44 +14,48 @@ from cabledrive.report.figures.study_runs import responses_picture
 from cabledrive.report.words import texts
 from cabledrive.rig.setting import DEGREE
 from cabledrive.simulation import Recording, Scheme, simulate
+from cabledrive.simulation.case import case_of
 from cabledrive.simulation.run import whole
 from cabledrive.simulation.signals import Sampled
 from cabledrive.studies.resonance_detuning import ResonanceSummary
 from cabledrive.studies.study import StudyResult
 from cabledrive.studies.study.modes_stage import MODEL_WORDS, REPEATED, ModelResult, motion_torque
 
-say_motion = texts("study_loop")
+say_motion = texts("study_motion")
 SEGMENTS, FRAMES, RATE = 12, 60, 2000.0
-MOST_STEPS = 2e6
+MOST_UPDATES = 5e7
+"""Steps of an animation times nodes of its ropes."""
 
 
-def loop_in_motion(result: StudyResult) -> Block:
-    """The nonlinear loop under the torque of the motion, without feedback; or the reason why not."""
-    motion = result.goals.motion
-    duration = motion.trajectory.duration
+def machine_in_motion(result: StudyResult) -> Block:
+    """The nonlinear ropes under the torque of the motion, without feedback; or the reason why not."""
+    motion, drive = result.goals.motion, result.known
+    duration, motors = motion.trajectory.duration, drive.axis.words["motors"]
+    time, torque = motion_torque(drive, motion)
     try:
-        machine = distributed(require_two_pulleys(result.known, "an animation"))
-    except InputRefused as refusal:
-        return Paragraph(text=say_motion("refused", failure=refusal))
-    waves = (machine.cable.axial_rigidity / machine.cable.mass_per_length) ** 0.5 / machine.span_length
-    if duration * waves * SEGMENTS > MOST_STEPS:
-        return Paragraph(text=say_motion("too_stiff"))
-    time, torque = motion_torque(machine, motion)
-    try:
+        machine = released(as_machine(distributed(drive)))
+        scheme = Scheme(slack="tension-only", segments=SEGMENTS)
+        recording = Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES)))
+        case = case_of(machine, duration, scheme=scheme, recording=recording)
+        if case.grid.steps * case.nodes > MOST_UPDATES:
+            return Paragraph(text=say_motion("too_stiff"))
         run = whole(
             simulate(
                 machine,
                 duration,
-                torque=Sampled(values=torque, rate=(len(time) - 1) / duration),
-                scheme=Scheme(slack="tension-only", segments=SEGMENTS),
-                recording=Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES))),
+                torque={
+                    name: Sampled(values=sign * torque / len(motors), rate=(len(time) - 1) / duration)
+                    for name, sign in motors.items()
+                },
+                scheme=scheme,
+                recording=recording,
             )
         )
-        switch, drawing = animation_svg("loop-in-motion", machine, run)
+        switch, drawing = animation_svg("in-motion", machine, run)
     except (InputRefused, NotComputed) as failure:
         return Paragraph(text=say_motion("refused", failure=failure))
     return Figure(
-        name="loop-in-motion",
+        name="in-motion",
         alt=say_motion("seen"),
         caption=say_motion("caption"),
         switch=switch,
@@ -134,7 +139,7 @@ def resonance_chapter(result: StudyResult) -> Chapter:
         Note(text=say("alarm", verdict=found.alarm), tone=tone),
         table(say("resonance"), "Figure | Value []", rows),
         *(Paragraph(text=f"{line[:1].upper()}{line[1:]}.") for line in found.reasons),
-        loop_in_motion(result),
+        machine_in_motion(result),
     )
     method = say("resonance_method", repeated=REPEATED)
     return Chapter("Internal resonance", "resonance", blocks, methods=(method,))
