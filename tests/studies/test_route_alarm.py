@@ -23,7 +23,7 @@ from cabledrive.reduction.stretch_runs import extremes_run
 from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of
 from cabledrive.reduction.threshold import mode_thresholds
 from cabledrive.reduction.waves import waves_of
-from cabledrive.simulation import Pluck, Scheme, Start
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.studies import motion_stages
 from cabledrive.studies.alarm import alarm
 from cabledrive.studies.excited_modes import lines_of
@@ -63,7 +63,7 @@ def test_a_loop_as_a_route_has_the_alarm_of_the_loop(share, number, measured):
     route = damped_route(loop)
     pairs = cd.resonance(route)
     time = np.linspace(0.0, 1.5, 15_001)
-    torque = share * pairs.threshold_torque * np.sin(2.0 * np.pi * pairs.pulley_frequency * time)
+    torque = share * pairs.threshold_here * np.sin(2.0 * np.pi * pairs.pulley_frequency * time)
     motion = PlannedMotion(time=time, torque=torque)
     reverse = PlannedMotion(time=time, torque=-torque)  # of a pulley that the rope passes clockwise
     expected, found = (
@@ -293,12 +293,60 @@ def test_a_carriage_that_hangs_is_not_damped_as_its_cable_is(measured):
 def test_verdict_changes_at_the_lowest_threshold():
     drive = cd.load_drive("serpentine")
     found = cd.resonance(drive)
-    assert found.threshold_torque == min(p.threshold_torque for p in found.pairs if p.threshold_torque)
-    above, below = (cd.resonance(drive, torque=share * found.threshold_torque) for share in (1.01, 0.3))
+    assert found.threshold_here == min(p.threshold_torque for p in found.pairs if p.threshold_torque)
+    above, below = (cd.resonance(drive, torque=share * found.threshold_here) for share in (1.01, 0.3))
     assert (above.verdict, below.verdict) == ("resonant", "safe")
     assert found.detuning == found.frequency_ratio - 0.5
     with pytest.raises(cd.InputRefused, match="load torque"):
         cd.resonance(drive, load_torque=1.0)
+
+
+def test_a_route_is_tuned_as_the_loop_that_it_is():
+    """Whose pulleys stand where they do at any pretension."""
+    loop = damped(2.0, 5.0)
+    layout = replace(loop.layout, gravity=0.0, span_length=None, pulley_distance=loop.pulley_distance)
+    loop = replace(loop, cable=replace(loop.cable, pretension=5.0), layout=layout)
+    known, found = cd.resonance(loop, torque=0.01), cd.resonance(as_route(loop), torque=0.01)
+    assert found.tuned_pretension == pytest.approx(known.tuned_pretension, rel=1e-5)
+    assert found.threshold_torque == pytest.approx(known.threshold_torque, rel=2e-3)
+
+
+@pytest.mark.parametrize(("share", "grows"), [(0.9, False), (1.1, True)])
+def test_at_the_tuned_pretension_of_a_printer_a_belt_grows_above_the_threshold_alone(share, grows, measured):
+    """In time, on ropes in segments: the belt plucked by a ten-thousandth of a millimetre."""
+    drive = cd.load_drive("printer-idlers")
+    smooth = {
+        part: tuple(replace(own, coulomb_friction=0.0) for own in getattr(drive, part))
+        for part in ("body", "pulley", "motor")
+    }
+    found = cd.resonance(drive, torque=0.01)
+    tuned = replace(drive, cable=replace(drive.cable, pretension=found.tuned_pretension), **smooth)
+    pulley, span = cd.resonance(tuned, torque=0.01).pulley_frequency, found.nearest_span
+    run = cd.simulate(
+        tuned,
+        2.5,
+        torque=Sine(amplitude=share * found.threshold_torque, frequency=pulley),
+        start=Start(plucks=(Pluck(height=1e-7, span=span, shape="half-sine"),)),
+        scheme=Scheme(segments=40),
+        recording=Recording(rate=2000.0),
+    )
+    across = np.abs(run.midpoint(span)[:, 2])
+    early, late = (across[(run.time > at) & (run.time < at + 0.2)].max() for at in (1.0, 2.3))
+    measured(f"{share} of the threshold: {late / early:.3g} times as large after 1.3 s")
+    assert (late > early) == grows
+
+
+def test_remedies_of_a_machine_with_routes_make_it_safe():
+    options = ["resonance", "printer-idlers", "--torque", "0.01 N m", "--set"]
+    found = answer(*options, "cable.pretension=10.5 N")
+    assert found["verdict"] == "resonant"
+    raised, lowered, limited = found["remedies"]
+    assert raised["value"] > 10.5 > lowered["value"]
+    for change in (raised, lowered):
+        assert answer(*options, f"cable.pretension={change['value']!r} N")["verdict"] == "safe"
+    assert limited["value"] < 0.01
+    weighty = cd.resonance(cd.load_drive("lift-2-to-1"))
+    assert "weights and springs" in weighty.missing["tuned_pretension"]
 
 
 LIFT = (

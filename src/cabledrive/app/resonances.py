@@ -18,11 +18,12 @@ from cabledrive.report.blocks import listed, table_text
 from cabledrive.report.machine.tables import ENDS, NEAR, PLANE, pairs_table, several
 from cabledrive.studies.alarm import AlarmResult
 from cabledrive.studies.motion_passages import Passage
-from cabledrive.studies.resonance import Remedy, sensitivity
+from cabledrive.studies.resonance import sensitivity
 from cabledrive.studies.resonance_detuning import (
     NO_EXCITATION,
     OF_A_MOTION,
     InstabilityMargin,
+    Remedy,
     ResonanceSummary,
 )
 from cabledrive.studies.resonance_map import SteadyBranch
@@ -93,14 +94,9 @@ RESONANCE = Keys(
 )
 
 
-def loop_data(
-    drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...], load_torque: float
-) -> dict[str, Any]:
+def loop_data(drive: Drive, found: ResonanceSummary, load_torque: float) -> dict[str, Any]:
     """What JSON has of loops and lines alone, SI, Hz where the key says so; under a load's torque [N m]."""
-    data: dict[str, Any] = {
-        "warnings": warnings_of_rest(drive),
-        "remedies": [REMEDY(change) for change in changes],
-    }
+    data: dict[str, Any] = {"warnings": warnings_of_rest(drive)}
     if found.instability is not None:
         acting, region = found.torque or 0.0, found.instability
         model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
@@ -116,7 +112,14 @@ def loop_data(
     return RESONANCE(data)
 
 
-def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]) -> list[str]:
+def remedies_text(changes: tuple[Remedy, ...], what: str) -> str:
+    """Changes that make something safe, and those tried in vain."""
+    enough = [change.text for change in changes if change.enough] or ["none found"]
+    others = [change.text for change in changes if not change.enough]
+    return "\n".join((f"changes that make {what} safe, each alone:", *indented((*enough, *others))))
+
+
+def loop_text(drive: Drive, found: ResonanceSummary) -> list[str]:
     """What people read of loops and lines alone."""
     parts, limit = [], largest_pretension(drive)
     if any(pair.tuning and (pair.tuning.tuned_pretension or 0.0) > limit for pair in found.pairs):
@@ -124,11 +127,6 @@ def loop_text(drive: Drive, found: ResonanceSummary, changes: tuple[Remedy, ...]
     if found.split:
         tuned = (f"{span} {'-' if v is None else quantity(v, 'N')}" for span, v in found.split.items())
         parts.append(f"under the steady load each span is tuned at its own pretension: {', '.join(tuned)}")
-    if changes:
-        enough = [change.text for change in changes if change.enough] or ["none found"]
-        others = [change.text for change in changes if not change.enough]
-        lines = ("changes that make the pulley mode safe, each alone:", *indented((*enough, *others)))
-        parts.append("\n".join(lines))
     lines = (
         *(f"Warning: {line}." for line in warnings_of_rest(drive)),
         *([SPRUNG] * (found.motor == HOLDING)),

@@ -1,8 +1,7 @@
 """Is a machine near its internal resonance: ratio, threshold, verdict with reasons; what brings it out."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 from math import inf, isfinite, pi
 
 import numpy as np
@@ -19,15 +18,23 @@ from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
 from cabledrive.studies import resonance_detuning as regions
-from cabledrive.studies.machine_pairs import MachinePairs, machine_pairs, resonance_of_pairs
+from cabledrive.studies.machine_pairs import (
+    MachinePairs,
+    machine_pairs,
+    resonance_of_pairs,
+)
 from cabledrive.studies.pair_thresholds import HIGHEST, SUM, alike
 from cabledrive.studies.resonance_detuning import (
     CLOSE_SHARE,
+    FAILED,
     NEAR,
+    REACH,
     RESONANT,
     SAFE,
     InstabilityMargin,
+    Remedy,
     ResonanceSummary,
+    first_safe,
 )
 
 SLACK_SHARE = 0.01
@@ -77,7 +84,7 @@ def resonance(
         If a span hangs slack at rest.
     """
     if two_pulleys(machine) is None and not load_torque:
-        return resonance_of_pairs(as_machine(machine), torque)
+        return resonance_of_pairs(as_machine(machine), torque, details=details)
     drive = require_two_pulleys(machine, "`resonance` under a load torque")
     motor = motor_condition(drive)
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None
@@ -236,30 +243,6 @@ def _reasons(
     return tuple(found)
 
 
-REACH = 1.0
-"""Largest relative change of pretension and inertia that is tried."""
-
-FAILED = "tried without success"
-
-_TRIALS, _HALVINGS = 48, 24
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Remedy:
-    """One change that was tried to make the verdict safe."""
-
-    change: str  # {"raise pretension", "lower pretension", "add inertia", "add damping", "limit torque"}
-    # new pretension [N], inertia to add at the load pulley [kg m^2], viscous friction to add there
-    # [N m s/rad], or largest torque [N m]; None where no value within reach is enough
-    value: float | None
-    text: str  # in words
-
-    @property
-    def enough(self) -> bool:
-        """Whether this change alone makes the verdict safe."""
-        return self.value is not None and (self.change != "limit torque" or self.value > 0.0)
-
-
 def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Remedy, ...]:
     """Changes, each by itself, that make a drive that is not safe so under a torque [N m]."""
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
@@ -305,20 +288,6 @@ def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
     return (model.rims[1] / drive.load_pulley.radius) ** 2 / model.modal_mass
 
 
-def _first_safe(trial: Callable[[float], Drive], safe: Callable[[Drive], bool]) -> float | None:
-    """Smallest share of the reach at which the drive is safe, refined by halving."""
-    shares = [REACH * (i / _TRIALS) ** 2 for i in range(_TRIALS + 1)]
-    for low, high in pairwise(shares):
-        if safe(trial(high)):
-            for _ in range(_HALVINGS):
-                if high - low < 1e-3 * high:
-                    break
-                middle = 0.5 * (low + high)
-                low, high = (low, middle) if safe(trial(middle)) else (middle, high)
-            return high
-    return None
-
-
 def _pretension(drive: Drive, safe: Callable[[Drive], bool], raised: bool) -> Remedy:
     cable, limit, sign = drive.cable, largest_pretension(drive), 1 if raised else -1
 
@@ -327,7 +296,7 @@ def _pretension(drive: Drive, safe: Callable[[Drive], bool], raised: bool) -> Re
         return replace(drive, cable=replace(cable, pretension=cable.pretension * factor))
 
     change = "raise pretension" if raised else "lower pretension"
-    share = _first_safe(trial, lambda one: one.cable.pretension <= limit and safe(one))
+    share = first_safe(trial, lambda one: one.cable.pretension <= limit and safe(one))
     if share is None:
         beyond = trial(REACH).cable.pretension > limit
         reach = elastic_range(drive).rstrip(",") if beyond else f"to x{(1 + REACH) ** sign:.3g}"
@@ -346,7 +315,7 @@ def _inertia(drive: Drive, safe: Callable[[Drive], bool]) -> Remedy:
         heavier = replace(load, inertia=load.inertia * (1.0 + share))
         return replace(drive, pulley=(drive.drive_pulley, heavier))
 
-    share = None if load.fixed else _first_safe(trial, safe)
+    share = None if load.fixed else first_safe(trial, safe)
     if share is None:
         text = f"{FAILED}: inertia added to the load pulley, up to x{REACH:.3g} of its own"
         return Remedy(change="add inertia", value=None, text=text)
@@ -363,7 +332,7 @@ def _damping(drive: Drive, model: AutoparametricModel, safe: Callable[[Drive], b
         damped = replace(load, viscous_friction=load.viscous_friction + share * critical)
         return replace(drive, pulley=(drive.drive_pulley, damped))
 
-    share = None if load.fixed else _first_safe(trial, safe)
+    share = None if load.fixed else first_safe(trial, safe)
     if share is None:
         text = f"{FAILED}: friction at the load pulley, up to critical damping of the pulley mode"
         return Remedy(change="add damping", value=None, text=text)

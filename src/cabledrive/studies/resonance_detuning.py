@@ -1,7 +1,9 @@
 """Detuning of a drive from the instability region of a torque, and whether what acts reaches it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +66,6 @@ class ResonanceSummary(Result):
     )
     detuning: float | None = figure("1", "Detuning, ratio - 1/2", SHOWN, default=None)
     tuned_pretension: float | None = figure("N", "Tuned pretension, ratio 1/2", SHOWN, default=None)
-    # of a machine with routes the lowest of its pairs
     threshold_torque: float | None = figure(
         "N m", "Threshold torque, at the tuned pretension if there is one", SHOWN, default=None
     )
@@ -209,3 +210,43 @@ def verdict_of(
     if acting.amplitude >= lowest:
         return RESONANT, (words,)
     return (NEAR if acting.amplitude >= CLOSE_SHARE * lowest else SAFE), (words,)
+
+
+REACH = 1.0
+"""Largest relative change of pretension and inertia that is tried."""
+
+FAILED = "tried without success"
+
+_TRIALS = 48
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remedy:
+    """One change that was tried to make the verdict safe."""
+
+    change: str  # {"raise pretension", "lower pretension", "add inertia", "add damping", "limit torque"}
+    # new pretension [N], inertia to add at the load pulley [kg m^2], viscous friction to add there
+    # [N m s/rad], or largest torque [N m]; None where no value within reach is enough
+    value: float | None
+    text: str  # in words
+
+    @property
+    def enough(self) -> bool:
+        """Whether this change alone makes the verdict safe."""
+        return self.value is not None and (self.change != "limit torque" or self.value > 0.0)
+
+
+def first_safe(
+    trial: Callable[[float], Any], safe: Callable[[Any], bool], trials: int = _TRIALS
+) -> float | None:
+    """Smallest share of the reach at which the drive is safe, refined by halving."""
+    shares = [REACH * (i / trials) ** 2 for i in range(trials + 1)]
+    for low, high in pairwise(shares):
+        if safe(trial(high)):
+            for _ in range(trials // 2):
+                if high - low < 1e-3 * high:
+                    break
+                middle = 0.5 * (low + high)
+                low, high = (low, middle) if safe(trial(middle)) else (middle, high)
+            return high
+    return None

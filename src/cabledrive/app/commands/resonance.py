@@ -8,7 +8,7 @@ from cabledrive.app.options import machine_argument, opt, saves_answer, subcomma
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys
 
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
@@ -64,17 +64,20 @@ def command(
         ALARM,
         BRANCH,
         MOST_PASSAGES,
+        REMEDY,
         SUMMARY,
         alarm_text,
         branches_text,
         loop_data,
         loop_text,
         of_motion,
+        remedies_text,
         summary_text,
     )
     from cabledrive.mechanics.holding import FREE, left_out_under_torque
     from cabledrive.report.machine.tables import pair_data
     from cabledrive.studies.alarm import alarm
+    from cabledrive.studies.machine_pairs import pair_remedies
     from cabledrive.studies.planned_motion import read_motion
     from cabledrive.studies.resonance import remedies, resonance
     from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, RESONANT
@@ -93,15 +96,20 @@ def command(
     region = found.instability  # of the pulleys' own mode on two pulleys
     unsafe = region is not None and {found.verdict, region.verdict} <= {RESONANT, NEAR}
     changes = remedies(loop, acting, load_torque) if unsafe else ()
+    if region is None and found.verdict in (RESONANT, NEAR):
+        changes = pair_remedies(as_machine(drive), found)
     if motion_file is not None:
         motion = read_motion(motion_file, drive)
         judged = alarm(drive, motion, floor=floor, limit=limit)
         found = of_motion(found, judged)
     data = SUMMARY(found) | {"pairs": [pair_data(pair) for pair in found.pairs]}
+    data["remedies"] = [REMEDY(change) for change in changes]
     parts = summary_text(drive, found)
+    if changes:
+        parts.append(remedies_text(changes, "it" if region is None else "the pulley mode"))
     if region is not None:
-        data |= loop_data(loop, found, changes, load_torque)
-        parts += loop_text(loop, found, changes)
+        data |= loop_data(loop, found, load_torque)
+        parts += loop_text(loop, found)
     if judged is not None:
         left_out = left_out_under_torque(drive)
         listed = replace(judged, passages=judged.passages[:MOST_PASSAGES])
