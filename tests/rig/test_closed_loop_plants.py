@@ -212,7 +212,8 @@ def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
 def test_a_law_runs_on_the_ropes_of_a_loop_as_on_those_of_the_same_machine_with_routes(measured):
     """Spans that are cut elsewhere, coordinates of other names and order, angles of the other sense."""
     loop = replace(DRIVE, lumped=None)
-    routes = replace(as_machine(loop), sensors=loop.sensors)
+    mirrored = as_machine(replace(loop, motor=replace(loop.motor, offset_torque=-loop.motor.offset_torque)))
+    routes = replace(mirrored, sensors=loop.sensors)  # it goes the other way round
     runs = [on_cable("pd", plant_drive=plant) for plant in (loop, routes)]
     off = max(np.abs(runs[0].angles[:, k] - runs[1].angles[:, k]).max() for k in range(3))
     measured(f"angles {off:.1e} rad apart")

@@ -28,12 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cabledrive.control import numbers
-from cabledrive.control.backstepping_recursion import (
-    backstepping_steps,
-    parts_of,
-    signal_count,
-    work_shape,
-)
+from cabledrive.control.backstepping_recursion import backstepping_steps, parts_of, signal_count, work_shape
 from cabledrive.control.darc import printed_bounds
 from cabledrive.control.numbers import LawNumbers
 from cabledrive.control.reference import ReferenceNumbers, reference_numbers

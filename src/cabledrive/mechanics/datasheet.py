@@ -229,12 +229,13 @@ def warnings_of_rest(drive: Machine) -> tuple[str, ...]:
     return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(own, sheet))
 
 
-def largest_pretension(drive: Drive) -> float:
-    """Pretension [N] that strains the cable to ``cable.strain_limit``, or without one to `ELASTIC_RULE`."""
-    return (drive.cable.strain_limit or ELASTIC_RULE) * drive.cable.axial_rigidity
+def largest_pretension(drive: Machine) -> float:
+    """Pretension that strains the first rope to its ``strain_limit``, without one to `ELASTIC_RULE` [N]."""
+    rope = as_machine(drive).ropes[0]
+    return (rope.strain_limit or ELASTIC_RULE) * rope.axial_rigidity
 
 
-def elastic_range(drive: Drive) -> str:
+def elastic_range(drive: Machine) -> str:
     """How far a pretension may be raised, for a sentence that advises none."""
     return f"within the cable's elastic range, up to {rounded(largest_pretension(drive), 4)} N,"
 

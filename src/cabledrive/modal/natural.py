@@ -13,13 +13,7 @@ from cabledrive.mechanics.network import Network, network_of
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Modes
 from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import network_of_chain, slack_line
-from cabledrive.modal.ranges import (
-    ALLOWED,
-    INCOMPLETE,
-    lifted_limit,
-    range_limit,
-    route_range_warnings,
-)
+from cabledrive.modal.ranges import ALLOWED, INCOMPLETE, lifted_limit, range_limit, route_range_warnings
 from cabledrive.modal.route_network import network_of_drive, network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of

@@ -10,27 +10,32 @@ carried masses included. The tuned pretension is therefore explicit,
 and does not exist where :math:`R^* \ge EA`. A drive given by its pulley distance is cut to another length at
 every pretension; there the formula is repeated until it stands. Weights on a slope and carriages add to the
 tension of each section what no pretension changes; there the same formula gives the tension that the section
-needs, and the pretension follows by as much, again until it stands.
+needs, and the pretension follows by as much, again until it stands. Of any machine all pretensions of the
+file are scaled, its geometry kept, until the first mode across one span has half the frequency.
 """
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import pi
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.chain import LabelledChain
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR
+from cabledrive.mechanics.network import Network, network_of
+from cabledrive.mechanics.network.span_table import strained
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import transverse_chains
 from cabledrive.modal.elements import ACROSS
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import network_of_chain
-from cabledrive.modal.route_network import network_of_drive
+from cabledrive.modal.route_network import network_of_drive, network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route import Machine, RoutedDrive
 
 TURNING = 1e-6
 """Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""
@@ -202,3 +207,66 @@ def _no_tuning(wanted: float, rigidity: float) -> str:
         f"no pretension tunes this pair: T0/(1 + eps0) = {wanted:.4g} N would have to reach "
         f"EA = {rigidity:.4g} N; make a pulley heavier"
     )
+
+
+_TURNING = 1e-6
+"""Share of the kinetic energy from which a pulley turns in a mode."""
+_SETTLED, _STEPS = 1e-6, 12
+
+
+def first_modes(network: Network) -> tuple[Mode, dict[str, Mode]]:
+    """The first longitudinal mode in which a pulley turns, and the first across each span that has one."""
+    spectrum, names = Spectrum(network_of_routes(network)), {one.name for one in network.drive.pulley}
+    along = (
+        one for n in (1, 10) for one in spectrum.first({LONGITUDINAL: n}, distinct=True)[LONGITUDINAL][0]
+    )
+    shares = ((one, one.kinetic_shares) for one in along)
+    turning = (one for one, own in shares if any(own.get(name, 0.0) > _TURNING for name in names))
+    pulley = next(turning, None)
+    if pulley is None:
+        raise InputRefused("no pulley turns in the first longitudinal modes: there is no pulley mode to tune")
+    lowest: dict[str, Mode] = {}
+    for mode in spectrum.first({TRANSVERSE: 10}, distinct=True)[TRANSVERSE][0]:
+        lowest.setdefault(mode.span or "", mode)
+    return pulley, lowest
+
+
+def at_pretensions(drive: Machine, factor: float) -> Any:
+    """The machine with all pretensions of its file times a factor."""
+
+    def own(rope: Any) -> Any:
+        stated = rope is not None and rope.pretension is not None
+        return replace(rope, pretension=factor * rope.pretension) if stated else rope
+
+    cable: Any = own(drive.cable)
+    if isinstance(drive, RoutedDrive):
+        return replace(drive, cable=cable, route=tuple(map(own, drive.route)))
+    return replace(drive, cable=cable)
+
+
+def pretension_of(machine: RoutedDrive, span: str) -> float:
+    """Pretension that the file gives the rope of a span [N]; refused where it gives none."""
+    number = next(own.route for own in machine.free_spans if own.name == span)
+    if (pretension := machine.ropes[number].pretension) is None:
+        raise InputRefused(f"no pretension is given for the rope of {span}: weights and springs make it")
+    return pretension
+
+
+def tuning_factor(machine: RoutedDrive, span: str) -> float:
+    """Factor of all pretensions at which the first mode across a span has half the pulley mode's frequency.
+
+    Refused where weights or springs make the tension, or no rope bears it.
+    """
+    factor = 1.0
+    for _ in range(_STEPS):
+        pulley, lowest = first_modes(network_of(at_pretensions(machine, factor)))
+        if span not in lowest:
+            break
+        ratio = lowest[span].frequency / pulley.frequency
+        if abs(ratio - 0.5) <= _SETTLED:
+            if line := next(strained(at_pretensions(machine, factor)), ""):
+                need = factor * pretension_of(machine, span)
+                raise InputRefused(f"the rope of {span} would need {need:.4g} N: {line}")
+            return factor
+        factor *= (0.5 / ratio) ** 2
+    raise InputRefused(f"no pretension tunes {span}: weights and springs make most of its tension")

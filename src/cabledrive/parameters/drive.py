@@ -7,13 +7,7 @@ from math import copysign
 from typing import TYPE_CHECKING, Any
 
 from cabledrive.parameters.cable import Cable
-from cabledrive.parameters.drive_parts import (
-    Carriage,
-    Layout,
-    Lumped,
-    Motor,
-    Pulley,
-)
+from cabledrive.parameters.drive_parts import Carriage, Layout, Lumped, Motor, Pulley
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import choice, described, meaning, nearest
 from cabledrive.parameters.machine import MachineBase

@@ -223,3 +223,21 @@ def at_pretension(model: AutoparametricModel, pretension: Array | float) -> Auto
         pretension=tension if tension.ndim else float(tension),
     )
     return replace(model, **changes)
+
+
+def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
+    """Mean tension at which each span's own mode is tuned under the load [N]; None beyond a factor of 20."""
+    from scipy.optimize import brentq
+
+    found: dict[str, float | None] = {}
+    for number, mode in enumerate(model.modes):
+        low = max(0.05 * model.pretension, 1.0001 * float(np.max(np.abs(model.tension_offset))))
+        high = 20.0 * model.pretension
+
+        def _above(tension: float, number: int = number) -> float:
+            return float(at_pretension(model, tension).transverse[number]) - 0.5 * model.natural
+
+        inside = _above(low) < 0.0 < _above(high)
+        key = mode.span if mode.span not in found else f"{mode.span} from {mode.section[0]:.4g} m"
+        found[key] = float(brentq(_above, low, high, xtol=1e-12)) if inside else None
+    return found

@@ -16,11 +16,7 @@ from cabledrive.parameters.files import check_writable, not_written, one_process
 from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.stretches import StretchModel, numbers_of
-from cabledrive.reduction.uniform_tension import (
-    IntegratedMotion,
-    integrate,
-    uniform_tension_model,
-)
+from cabledrive.reduction.uniform_tension import IntegratedMotion, integrate, uniform_tension_model
 from cabledrive.simulation import Recording, Signal, SimulationResult, SlackEvent, Start
 from cabledrive.simulation.case import released_torque
 from cabledrive.simulation.channels import channels_of, speed_name

@@ -12,12 +12,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.holding import FREE
-from cabledrive.mechanics.network.assembly import (
-    Network,
-    network_of,
-    relative_turn,
-    rotor_turn,
-)
+from cabledrive.mechanics.network.assembly import Network, network_of, relative_turn, rotor_turn
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
@@ -217,12 +212,17 @@ def slack_torque(chain: NetworkChain) -> float:
     """Torque of the motor against a held load at which the first span has no tension left [N m]."""
     network = chain.network
     turn, load = motor_turn(network, chain.motors), network.motion.dense(chain.load)[0]
-    n = load.size
-    bordered = np.zeros((n + 1, n + 1))
-    bordered[:n, :n], bordered[:n, n], bordered[n, :n] = network.static_stiffness, load, load
-    # Of two axes the other one is free to move and does not: least squares leave it where it is.
-    motion = np.linalg.lstsq(bordered, np.append(turn, 0.0), rcond=1e-12)[0][:n]
+    motion = held_motion(network, load[None, :], turn, np.zeros(1))
     return float(1.0 / np.max(np.abs(network.pull @ motion) / network.lowest_tension))
+
+
+def held_motion(network: Network, rows: Array, force: Array, held: Array) -> Array:
+    """Coordinates at rest under a force, (n,), where rows of them, (k, n), are held at some places, (k,).
+
+    Of two axes the other one is free to move and does not: least squares leave it where it is.
+    """
+    bordered = np.block([[network.static_stiffness, rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+    return np.asarray(np.linalg.lstsq(bordered, np.append(force, held), rcond=1e-12)[0][: force.size])
 
 
 def motor_turn(network: Network, motors: dict[str, float], *, rotors: bool = True) -> Array:

@@ -15,16 +15,7 @@ from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import Machine
 from cabledrive.report import blocks
-from cabledrive.report.blocks import (
-    Block,
-    Chapter,
-    Note,
-    Panel,
-    Paragraph,
-    Plot,
-    in_turn,
-    table,
-)
+from cabledrive.report.blocks import Block, Chapter, Note, Panel, Paragraph, Plot, in_turn, table
 from cabledrive.report.page import page_of
 from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture, label, picture
 from cabledrive.report.printer_tables import fits_of, peaks_table, shapers_table, similar_words

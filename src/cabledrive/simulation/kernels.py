@@ -22,14 +22,7 @@ from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import AXIAL_LOSS
 from cabledrive.simulation.coordinates import advance, gather, place_ends
 from cabledrive.simulation.node_motion import finish, kick_nodes, move, turn_and_damp
-from cabledrive.simulation.observe import (
-    add_to,
-    balance_of,
-    copy_rows,
-    keep_before,
-    keep_extremes,
-    observe,
-)
+from cabledrive.simulation.observe import add_to, balance_of, copy_rows, keep_before, keep_extremes, observe
 from cabledrive.simulation.plan import Plan, State, Workspace
 from cabledrive.simulation.segment_laws import (
     add_pulls,

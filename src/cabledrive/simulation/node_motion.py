@@ -8,11 +8,7 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_inner
 from cabledrive.simulation import dampers as of
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.channels import (
-    AXIAL_LOSS,
-    FORCE_WORK,
-    TRANSVERSE_LOSS,
-)
+from cabledrive.simulation.channels import AXIAL_LOSS, FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.coordinates import end_moved, gather, invert, turn
 from cabledrive.simulation.observe import add_to, copy_rows
 from cabledrive.simulation.plan import Plan, State, Workspace

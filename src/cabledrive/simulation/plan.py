@@ -14,13 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
-from cabledrive.mechanics.cable_laws import (
-    ConsistentWeakLaw,
-    ExactLaw,
-    LinearLaw,
-    WeakLaw,
-    taut_law,
-)
+from cabledrive.mechanics.cable_laws import ConsistentWeakLaw, ExactLaw, LinearLaw, WeakLaw, taut_law
 from cabledrive.parameters.arrays import Integers
 from cabledrive.simulation.channels import TALLIES
 

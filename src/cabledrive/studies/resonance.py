@@ -3,26 +3,35 @@
 from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isfinite, pi
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.datasheet import elastic_range, largest_pretension, warnings_of_rest
 from cabledrive.mechanics.holding import motor_condition
-from cabledrive.modal.tuning import pulley_mode, resonant_pairs, span_frequency, tuned_pretension
+from cabledrive.mechanics.network.span_table import strained
+from cabledrive.modal.tuning import (
+    at_pretensions,
+    pulley_mode,
+    resonant_pairs,
+    span_frequency,
+    tuned_pretension,
+)
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys, two_pulleys
-from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
+from cabledrive.reduction.autoparametric import (
+    AutoparametricModel,
+    at_pretension,
+    autoparametric_model,
+    split_tunings,
+)
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
 from cabledrive.studies import resonance_detuning as regions
-from cabledrive.studies.machine_pairs import (
-    MachinePairs,
-    machine_pairs,
-    resonance_of_pairs,
-)
+from cabledrive.studies.machine_pairs import MachinePairs, machine_pairs, resonance_of_pairs
 from cabledrive.studies.pair_thresholds import HIGHEST, SUM, alike
 from cabledrive.studies.resonance_detuning import (
     CLOSE_SHARE,
@@ -31,6 +40,7 @@ from cabledrive.studies.resonance_detuning import (
     REACH,
     RESONANT,
     SAFE,
+    TRIALS,
     InstabilityMargin,
     Remedy,
     ResonanceSummary,
@@ -149,7 +159,7 @@ def resonance(
         ),
         missing=missing,
         motor=motor,
-        split=regions.split_tunings(model) if load_torque else {},
+        split=split_tunings(model) if load_torque else {},
     )
 
 
@@ -243,6 +253,25 @@ def _reasons(
     return tuple(found)
 
 
+def pair_remedies(machine: Machine, found: ResonanceSummary) -> tuple[Remedy, ...]:
+    """Changes, each by itself, that make a machine safe that by one of its pairs is not."""
+
+    def safe(trial: Any) -> bool:
+        try:
+            return resonance_of_pairs(trial, found.torque, details=False).verdict == SAFE
+        except (InputRefused, NotComputed):
+            return False
+
+    least = CLOSE_SHARE * (found.threshold_here or 0.0)
+    text = f"keep the torque at the frequencies of the pairs below {least:.3g} N m"
+    limit = Remedy(change="limit torque", value=least, text=text)
+    return (*(_pretension(machine, safe, raised, _FEW) for raised in (True, False)), limit)
+
+
+_FEW = 12
+"""Pretensions tried of a machine whose pairs take long."""
+
+
 def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Remedy, ...]:
     """Changes, each by itself, that make a drive that is not safe so under a torque [N m]."""
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
@@ -255,7 +284,8 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
             return False
 
     pretensions = (_pretension(drive, safe, raised) for raised in (True, False))
-    return (*pretensions, _inertia(drive, safe), _damping(drive, model, safe), _torque(model))
+    loads = (_at_load(drive, model, safe, key) for key in ("inertia", "viscous_friction"))
+    return (*pretensions, *loads, _torque(model))
 
 
 def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> dict[str, float]:
@@ -288,56 +318,51 @@ def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
     return (model.rims[1] / drive.load_pulley.radius) ** 2 / model.modal_mass
 
 
-def _pretension(drive: Drive, safe: Callable[[Drive], bool], raised: bool) -> Remedy:
-    cable, limit, sign = drive.cable, largest_pretension(drive), 1 if raised else -1
+def _pretension(drive: Machine, safe: Callable[[Any], bool], raised: bool, trials: int = TRIALS) -> Remedy:
+    """All pretensions higher or lower, in proportion, within the elastic range of the ropes."""
+    words, sign = ("raise", 1) if raised else ("lower", -1)
+    given = next((rope.pretension for rope in as_machine(drive).ropes if rope.pretension), 0.0)
 
-    def trial(share: float) -> Drive:
-        factor = 1.0 + share if raised else 1.0 / (1.0 + share)
-        return replace(drive, cable=replace(cable, pretension=cable.pretension * factor))
+    def trial(share: float) -> Any:
+        return at_pretensions(drive, (1.0 + share) ** sign)
 
-    change = "raise pretension" if raised else "lower pretension"
-    share = first_safe(trial, lambda one: one.cable.pretension <= limit and safe(one))
+    def fits(one: Any) -> bool:
+        try:
+            return not any(strained(as_machine(one))) and safe(one)
+        except InputRefused:  # weights take a span's tension away
+            return False
+
+    share = first_safe(trial, fits, trials) if given else None
     if share is None:
-        beyond = trial(REACH).cable.pretension > limit
+        beyond = raised and given * (1.0 + REACH) > largest_pretension(drive)
         reach = elastic_range(drive).rstrip(",") if beyond else f"to x{(1 + REACH) ** sign:.3g}"
         text = f"{FAILED}: {'higher' if raised else 'lower'} pretension {reach}"
-        return Remedy(change=change, value=None, text=text)
-    new = trial(share).cable.pretension
-    by = abs(100 * (new / cable.pretension - 1.0))
-    text = f"{change.split()[0]} the pretension by {by:.3g} % to {new:.4g} N"
-    return Remedy(change=change, value=new, text=text)
+        return Remedy(change=f"{words} pretension", value=None, text=text)
+    new = given * (1.0 + share) ** sign
+    text = f"{words} the pretension by {abs(100 * (new / given - 1.0)):.3g} % to {new:.4g} N"
+    return Remedy(change=f"{words} pretension", value=new, text=text)
 
 
-def _inertia(drive: Drive, safe: Callable[[Drive], bool]) -> Remedy:
-    load = drive.load_pulley
+def _at_load(drive: Drive, model: AutoparametricModel, safe: Callable[[Drive], bool], key: str) -> Remedy:
+    """More inertia at the load pulley, up to its own, or friction, up to critical damping of the mode."""
+    load, heavier = drive.load_pulley, key == "inertia"
+    change = "add inertia" if heavier else "add damping"
+    most = REACH * load.inertia if heavier else 2.0 * model.natural / _damping_per_friction(drive, model)
 
     def trial(share: float) -> Drive:
-        heavier = replace(load, inertia=load.inertia * (1.0 + share))
-        return replace(drive, pulley=(drive.drive_pulley, heavier))
+        more: dict[str, Any] = {key: getattr(load, key) + share * most}
+        return replace(drive, pulley=(drive.drive_pulley, replace(load, **more)))
 
     share = None if load.fixed else first_safe(trial, safe)
     if share is None:
         text = f"{FAILED}: inertia added to the load pulley, up to x{REACH:.3g} of its own"
-        return Remedy(change="add inertia", value=None, text=text)
-    added = load.inertia * share
-    text = f"add {added:.4g} kg m^2 to the load pulley (+{100 * share:.3g} %)"
-    return Remedy(change="add inertia", value=added, text=text)
-
-
-def _damping(drive: Drive, model: AutoparametricModel, safe: Callable[[Drive], bool]) -> Remedy:
-    """Friction at the load pulley, up to critical damping of the pulley mode."""
-    load, critical = drive.load_pulley, 2.0 * model.natural / _damping_per_friction(drive, model)
-
-    def trial(share: float) -> Drive:
-        damped = replace(load, viscous_friction=load.viscous_friction + share * critical)
-        return replace(drive, pulley=(drive.drive_pulley, damped))
-
-    share = None if load.fixed else first_safe(trial, safe)
-    if share is None:
-        text = f"{FAILED}: friction at the load pulley, up to critical damping of the pulley mode"
-        return Remedy(change="add damping", value=None, text=text)
-    text = f"damp the load pulley by {share * critical:.3g} N m s/rad more"
-    return Remedy(change="add damping", value=share * critical, text=text)
+        if not heavier:
+            text = f"{FAILED}: friction at the load pulley, up to critical damping of the pulley mode"
+        return Remedy(change=change, value=None, text=text)
+    text = f"add {share * most:.4g} kg m^2 to the load pulley (+{100 * share:.3g} %)"
+    if not heavier:
+        text = f"damp the load pulley by {share * most:.3g} N m s/rad more"
+    return Remedy(change=change, value=share * most, text=text)
 
 
 def _torque(model: AutoparametricModel) -> Remedy:

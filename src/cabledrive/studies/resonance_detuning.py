@@ -12,13 +12,9 @@ from cabledrive.answers.result import Result
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import Machine
-from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension
+from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.threshold import (
-    growth_rates,
-    instability_half_width,
-    pulley_amplitude,
-)
+from cabledrive.reduction.threshold import growth_rates, instability_half_width, pulley_amplitude
 from cabledrive.studies.excitation_orders import frequency_per_speed
 from cabledrive.studies.pair_thresholds import NearPair
 
@@ -103,24 +99,6 @@ class ResonanceSummary(Result):
     nearest_span: str | None = None
     certified: bool | None = None
     left_out: tuple[str, ...] = ()
-
-
-def split_tunings(model: AutoparametricModel) -> dict[str, float | None]:
-    """Mean tension at which each span's own mode is tuned under the load [N]; None beyond a factor of 20."""
-    from scipy.optimize import brentq
-
-    found: dict[str, float | None] = {}
-    for number, mode in enumerate(model.modes):
-        low = max(0.05 * model.pretension, 1.0001 * float(np.max(np.abs(model.tension_offset))))
-        high = 20.0 * model.pretension
-
-        def _above(tension: float, number: int = number) -> float:
-            return float(at_pretension(model, tension).transverse[number]) - 0.5 * model.natural
-
-        inside = _above(low) < 0.0 < _above(high)
-        key = mode.span if mode.span not in found else f"{mode.span} from {mode.section[0]:.4g} m"
-        found[key] = float(brentq(_above, low, high, xtol=1e-12)) if inside else None
-    return found
 
 
 def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
@@ -217,7 +195,7 @@ REACH = 1.0
 
 FAILED = "tried without success"
 
-_TRIALS = 48
+TRIALS = 48
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -237,7 +215,7 @@ class Remedy:
 
 
 def first_safe(
-    trial: Callable[[float], Any], safe: Callable[[Any], bool], trials: int = _TRIALS
+    trial: Callable[[float], Any], safe: Callable[[Any], bool], trials: int = TRIALS
 ) -> float | None:
     """Smallest share of the reach at which the drive is safe, refined by halving."""
     shares = [REACH * (i / trials) ** 2 for i in range(trials + 1)]

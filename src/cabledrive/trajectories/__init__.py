@@ -7,11 +7,7 @@ from cabledrive.trajectories.input_shaping import (
     residual_vibration,
     smoothing,
 )
-from cabledrive.trajectories.limits import (
-    MoveLimits,
-    move_limits,
-    shortest_rise,
-)
+from cabledrive.trajectories.limits import MoveLimits, move_limits, shortest_rise
 from cabledrive.trajectories.segments import Move, Trajectory, pulse, waypoints
 
 __all__ = [

@@ -77,9 +77,8 @@ def command(
     from cabledrive.mechanics.holding import FREE, left_out_under_torque
     from cabledrive.report.machine.tables import pair_data
     from cabledrive.studies.alarm import alarm
-    from cabledrive.studies.machine_pairs import pair_remedies
     from cabledrive.studies.planned_motion import read_motion
-    from cabledrive.studies.resonance import remedies, resonance
+    from cabledrive.studies.resonance import pair_remedies, remedies, resonance
     from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, RESONANT
     from cabledrive.studies.resonance_map import steady_branches
 

@@ -8,13 +8,7 @@ import numpy as np
 
 from cabledrive.identification.axis import check
 from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of, values_of
-from cabledrive.identification.axis.observer import (
-    NotReproduced,
-    best_bandwidth,
-    run_of,
-    twin_axes,
-    unseen,
-)
+from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of, twin_axes, unseen
 from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
 from cabledrive.identification.axis.simulated import NOT_FOLLOWED, SEED, refined

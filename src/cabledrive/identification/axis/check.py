@@ -10,12 +10,7 @@ from scipy import signal
 from cabledrive.answers.keys import Keys
 from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of
 from cabledrive.identification.axis.equation import direction_of
-from cabledrive.identification.axis.faults import (
-    DELAY,
-    FAULTS,
-    Evidence,
-    evidence_by_innovations,
-)
+from cabledrive.identification.axis.faults import DELAY, FAULTS, Evidence, evidence_by_innovations
 from cabledrive.identification.axis.observer import NotReproduced, Prediction, observed, period_of
 from cabledrive.identification.axis.simulated import case_of
 from cabledrive.identification.axis.timing import timing_of

@@ -10,13 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification.logs.log import (
-    LARGEST_IN_MEMORY,
-    ColumnMap,
-    Table,
-    require_fitting,
-    sliced,
-)
+from cabledrive.identification.logs.log import LARGEST_IN_MEMORY, ColumnMap, Table, require_fitting, sliced
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 

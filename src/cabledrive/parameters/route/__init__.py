@@ -3,14 +3,7 @@
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan, Place
-from cabledrive.parameters.route.parts import (
-    Anchor,
-    Body,
-    Route,
-    RoutedCarriage,
-    RoutedMotor,
-    RoutedPulley,
-)
+from cabledrive.parameters.route.parts import Anchor, Body, Route, RoutedCarriage, RoutedMotor, RoutedPulley
 from cabledrive.parameters.route.strain_free import followers, moved, posed
 
 __all__ = [

@@ -8,13 +8,7 @@ from cabledrive.parameters.cable import RIGIDITY, Rope
 from cabledrive.parameters.drive import SENSE, Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.parts import (
-    Route,
-    RoutedCarriage,
-    RoutedMotor,
-    RoutedPulley,
-    RouteLayout,
-)
+from cabledrive.parameters.route.parts import Route, RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
 
 NAMES = ("drive pulley", "load pulley")
 

@@ -19,13 +19,7 @@ from cabledrive.report.machine.card import (
     simple_models_table,
     travel_figures,
 )
-from cabledrive.report.machine.data import (
-    data_sheet,
-    data_table,
-    derived_table,
-    drawing,
-    source_paragraphs,
-)
+from cabledrive.report.machine.data import data_sheet, data_table, derived_table, drawing, source_paragraphs
 from cabledrive.report.machine.rest import rest_blocks
 from cabledrive.report.page import MACHINES, Badge, Card, View
 from cabledrive.report.words import certificate_line, modes_table, rigid_words

@@ -12,10 +12,7 @@ import numpy as np
 from cabledrive.answers.keys import Keys
 from cabledrive.answers.runs import CHAIN
 from cabledrive.mechanics import DerivedQuantities, drive_warnings
-from cabledrive.mechanics.network.span_table import (
-    PULLEY_ROW,
-    SPAN_ROW,
-)
+from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal import modes
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.drive_file import drive_text

@@ -8,21 +8,15 @@ import numpy as np
 
 from cabledrive.mechanics.compiled import njit_in_place
 from cabledrive.mechanics.holding import released
-from cabledrive.mechanics.network import Network
-from cabledrive.modal import modes, natural_frequencies
+from cabledrive.modal import natural_frequencies
+from cabledrive.modal.tuning import first_modes
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.lumped_chain import LumpedChain
-from cabledrive.reduction.network_axis import motor_turn
+from cabledrive.reduction.network_axis import held_motion, motor_turn
 from cabledrive.reduction.quality import distributed
-from cabledrive.rig.closed_loop.chain_kernels import (
-    DIVERGED,
-    WENT_SLACK,
-    LoopState,
-    RigNumbers,
-    decide,
-)
+from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, LoopState, RigNumbers, decide
 from cabledrive.rig.closed_loop.drawn_machine import machine_like
 from cabledrive.rig.closed_loop.loop_kernels import loop_over
 from cabledrive.rig.laws.controllers import load_gear
@@ -221,32 +215,23 @@ def cable_run(cable: CablePlant, state: LoopState, tensions: Array) -> CableRun:
     return CableRun(case.plan, moving, new_workspace(case.plan), cable.numbers, tensions, *space)
 
 
-def _rigid(network: Network, turns: Array) -> Array:
-    """Coordinates per angle of motor and load, which turn by one, without strain of the ropes; (n,)."""
-    n = len(network.motion.names)
-    ends = turns[:, :n]
-    rows = np.block([[network.static_stiffness, ends.T], [ends, np.zeros((2, 2))]])
-    motion = np.linalg.lstsq(rows, np.append(np.zeros(n), (1.0, 1.0)), rcond=1e-12)[0][:n]
-    return np.pad(motion, (0, turns.shape[1] - n))
-
-
 def cable_words(cable: CablePlant, score: dict[str, float], angle: float) -> dict[str, object]:
     """Resolution, stiffness, damping and modes of the ropes, spillover, sway, nearness to 1:2 resonance.
 
     ``angle``: largest of the load [rad].
     """
     drive, case, mesh = cable.drive, cable.case, cable.case.mesh
-    turned = np.abs(angle * load_gear(drive) * _rigid(mesh.network, cable.numbers.turns[[0, -1]]))
+    n, ends = len(mesh.network.motion.names), cable.numbers.turns[[0, -1]]
+    motion = held_motion(mesh.network, ends[:, :n], np.zeros(n), np.ones(2))  # without strain
+    turned = np.abs(angle * load_gear(drive) * np.pad(motion, (0, ends.shape[1] - n)))
     longest = int(np.argmax(mesh.length))
     rigidity = float(mesh.rigidity[longest])
     stretch = 1.0 + float(mesh.tension[longest]) / rigidity
     length, density = mesh.parts[longest][0].where.length / stretch, float(mesh.density[longest]) * stretch
     known = drive.axis.words.get("frequencies_hz")  # not the modes of another axis
     along = known[0] if known else float(natural_frequencies(cable.machine, count=1)[0])
-    lowest: dict[str | None, float] = {}  # of each span
-    for mode in modes(cable.machine, count=10).transverse:
-        lowest.setdefault(mode.span, mode.frequency)
-    across = min(lowest.values(), key=lambda frequency: abs(frequency / along - 0.5))
+    lowest = [mode.frequency for mode in first_modes(mesh.network)[1].values()]
+    across = min(lowest, key=lambda frequency: abs(frequency / along - 0.5))
     ratio = across / along
     return {
         "segments": int(np.diff(mesh.nodes).max()),
