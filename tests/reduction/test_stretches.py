@@ -60,7 +60,7 @@ def small_model(full):
         coupling=coupling,
         softness=full * np.array([0.1, 0.04]),
         bend=full * rng.normal(size=(4, strands, 3)),
-        shoved=np.zeros((4, 3, 1)),
+        shoved=np.zeros((4, 3, rows - 2)),
         square=square,
         carried=carried,
         rest=np.array([5.0, 6.0]),

@@ -74,6 +74,17 @@ def test_each_remedy_makes_the_pulley_mode_safe(name, torque, helpful):
         assert verdict(changed if more else at_tension(drive, value)) == "safe", change
 
 
+def test_more_torque_never_makes_a_verdict_better():
+    """One mode far away is close, another at resonance: the one that grows decides."""
+    drive, order = cd.load_drive("linear-axis"), ("safe", "close", "resonant")
+    torques = np.geomspace(1e-2, 1e2, 17)
+    seen = [order.index(resonance(drive, torque=torque, details=False).verdict) for torque in torques]
+    assert seen == sorted(seen)
+    assert seen[-1] == 2
+    with pytest.raises(cd.InputRefused, match="no torque acts on the drive pulley"):
+        resonance(replace(drive, motor=None, pulley=(replace(drive.pulley[0], fixed=True), drive.pulley[1])))
+
+
 def test_sensitivities_are_derivatives():
     """39.15 rad/s per N; a heavier load pulley slows the pulley mode by half its relative gain."""
     drive = damped(2.0, 5.0)

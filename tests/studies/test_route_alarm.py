@@ -128,13 +128,13 @@ def swept_model(scale):
         mass=np.ones((1, 2)),
         loss=np.array([[0.3, 0.5]]),
         sag=np.zeros((1, 2)),
-        coupling=matrix[None, None],
+        coupling=np.stack([matrix, 0.0 * matrix])[:, None],
         square=np.zeros((1, 1, 2, 2)),
         carried=np.zeros((1, 1)),
         probes=np.array([[[1.0, 0.6], [0.7, -0.8]]]),
-        tension=np.zeros((0, 1)),
+        tension=np.zeros((0, 2)),
         raised=np.zeros((0, 1)),
-        direct=np.zeros((1, 1, 2)),
+        direct=np.zeros((2, 1, 2)),
         bend=np.zeros((1, 1, 2)),
         softness=np.zeros(1),
         shoved=np.array([[[1.0], [0.5]]]),
@@ -524,3 +524,14 @@ def test_two_ropes_side_by_side_have_the_threshold_of_one_of_twice_the_section()
     ]
     assert found[0]
     np.testing.assert_allclose(found[1][: len(found[0])], found[0], rtol=1e-6)
+
+
+def test_a_line_that_friction_holds_does_not_move_without_a_torque():
+    """What friction holds in place of a torque shakes the sag no more than a run in time has it: not at all."""
+    drive, time = cd.load_drive("camera-line"), np.linspace(0.0, 10.0, 1001)
+    found = alarm(drive, PlannedMotion(time=time, torque=np.zeros(time.size)), limit=1e-3)
+    hung = Start(from_equilibrium=True)
+    run = cd.simulate(drive, 2.0, start=hung, scheme=Scheme(segments=40), recording=Recording(rate=200.0))
+    assert np.ptp(run.midpoint("upper"), axis=0).max() < 1e-12
+    assert found.verdict == "safe"
+    assert max(mode.driven for mode in found.modes) < 1e-6

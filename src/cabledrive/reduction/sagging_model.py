@@ -125,7 +125,7 @@ def sagging_model(
     shaken = shaken_by_rims(waves, shapes) * scale * in_plane
     direct[: natural.size] -= natural[:, None] ** 2 * shaken
     torque_shape = np.ascontiguousarray(shapes.T @ turns_by_torque(network).T)
-    shove = waves.coordinates[1] @ turns_by_torque(network).T * scale[:, None] - shaken.T @ torque_shape
+    shove = waves.coordinates[1] @ forces.T * scale[:, None] - shaken.T @ (shapes.T @ forces.T)
     touched = [sorted(set(strands[pieces].tolist())) for _, pieces in rows]
     most, n = max((len(own) for own, _ in rows), default=0), max(map(len, touched), default=0)
     size = len(rows), most

@@ -134,9 +134,10 @@ def extremes_run(
         for m in range(motors):
             for i in range(k):
                 s.force[i] += g.torque_shape[i, m] * torque[n, m]
+        for f in range(s.held.size):
             for b in range(rows):
                 for j in range(most):
-                    s.pull[b, j] += g.shoved[b, j, m] * torque[n, m] * c.per_mass[b, j]
+                    s.pull[b, j] += g.shoved[b, j, f] * s.held[f] * c.per_mass[b, j]
         time = c.step if first + n > 0 else 0.5 * c.step
         kick_modes(time, s)
         rub(c, time, s)

@@ -66,9 +66,7 @@ class StretchModel(NamedTuple):
     direct: Array = np.zeros((0, 0, 0))  # (k + f, b, m): L [N/m kg^-1/2]
     bend: Array = np.zeros((0, 0, 0))  # (b, n, m): l [-]
     softness: Array = np.zeros(0)  # (k,): s [s^2]
-    shoved: Array = np.zeros(
-        (0, 0, 0)
-    )  # (b, m, i): force on a mode across per torque of each motor [N/(N m)]
+    shoved: Array = np.zeros((0, 0, 0))  # (b, m, f): force on a mode across per force of each follower
     # of what rubs by Coulomb's law
     friction: Array = np.zeros(0)  # (s,): force or torque [N], [N m]
     friction_shape: Array = np.zeros((0, 0))  # (s, k): motion against it [kg^-1/2]

@@ -96,6 +96,8 @@ def resonance(
     if two_pulleys(machine) is None and not load_torque:
         return resonance_of_pairs(as_machine(machine), torque, details=details)
     drive = require_two_pulleys(machine, "`resonance` under a load torque")
+    if drive.drive_pulley.fixed:
+        raise InputRefused("pulley.0.fixed = true: no torque acts on the drive pulley: set it to false")
     motor = motor_condition(drive)
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None
     if torque is None and stated is not None:

@@ -108,7 +108,7 @@ def instability_margin(model: AutoparametricModel, torque: float) -> Instability
     amplitude = min(reached, model.slack_amplitude)  # where slack ends it
     distances = np.abs(c.transverse_detuning + (c.pump * amplitude) ** 2 / (2.0 * c.forcing))
     widths = instability_half_width(c, amplitude)
-    mode = int(np.argmin(distances - CLOSE * widths))
+    mode = int(np.argmin(distances / np.maximum(widths, 1e-12 * model.natural)))
     distance, width = float(distances[mode]), float(widths[mode])
     return InstabilityMargin(
         verdict=RESONANT if distance < width else NEAR if distance < CLOSE * width else SAFE,
