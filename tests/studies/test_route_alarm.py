@@ -527,7 +527,7 @@ def test_two_ropes_side_by_side_have_the_threshold_of_one_of_twice_the_section()
 
 
 def test_a_line_that_friction_holds_does_not_move_without_a_torque():
-    """What friction holds in place of a torque shakes the sag no more than a run in time has it: not at all."""
+    """What friction holds in place of a torque shakes the sag no more than in time: not at all."""
     drive, time = cd.load_drive("camera-line"), np.linspace(0.0, 10.0, 1001)
     found = alarm(drive, PlannedMotion(time=time, torque=np.zeros(time.size)), limit=1e-3)
     hung = Start(from_equilibrium=True)

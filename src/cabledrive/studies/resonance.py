@@ -96,8 +96,6 @@ def resonance(
     if two_pulleys(machine) is None and not load_torque:
         return resonance_of_pairs(as_machine(machine), torque, details=details)
     drive = require_two_pulleys(machine, "`resonance` under a load torque")
-    if drive.drive_pulley.fixed:
-        raise InputRefused("pulley.0.fixed = true: no torque acts on the drive pulley: set it to false")
     motor = motor_condition(drive)
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None
     if torque is None and stated is not None:
@@ -109,6 +107,8 @@ def resonance(
         raise InputRefused(f"torque = {tau:.6g} N m is above {LARGEST:g} N m, that of no machine: lower it")
     try:
         pulley = pulley_mode(drive).omega / (2 * pi)
+        if drive.drive_pulley.fixed:
+            raise InputRefused("no torque acts on a drive pulley that is fixed")
     except InputRefused as refusal:
         names = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque", "pulley_frequency")
         missing = dict.fromkeys((*names, "threshold_here", "growth_torque", "coulomb_onset"), str(refusal))
