@@ -11,10 +11,9 @@ import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
-from cabledrive.reduction.threshold import threshold_torque
+from cabledrive.reduction.threshold import CLOSE, instability_margin, threshold_torque
 from cabledrive.report.map_page import resonance_map_page, spot_check_line
 from cabledrive.studies.resonance import remedies, resonance, sensitivity
-from cabledrive.studies.resonance_detuning import CLOSE, instability_margin
 from cabledrive.studies.resonance_map import growth_map, spot_checks, steady_branches
 from resonance_samples import at_detunings, damped, settings_pair
 

@@ -13,19 +13,13 @@ from cabledrive.mechanics.holding import HOLDING
 from cabledrive.parameters import Drive
 from cabledrive.parameters.route import Machine
 from cabledrive.reduction.autoparametric import autoparametric_model
-from cabledrive.reduction.threshold import required_detuning
+from cabledrive.reduction.threshold import InstabilityMargin, required_detuning
 from cabledrive.report.blocks import listed, table_text
 from cabledrive.report.machine.tables import ENDS, NEAR, PLANE, pairs_table, several
 from cabledrive.studies.alarm import AlarmResult
 from cabledrive.studies.motion_passages import Passage
 from cabledrive.studies.resonance import sensitivity
-from cabledrive.studies.resonance_detuning import (
-    NO_EXCITATION,
-    OF_A_MOTION,
-    InstabilityMargin,
-    Remedy,
-    ResonanceSummary,
-)
+from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION, Remedy, ResonanceSummary
 from cabledrive.studies.resonance_map import SteadyBranch
 
 MOST_PAIRS, MOST_PASSAGES, LARGEST_MODES, LARGEST_PASSAGES = 12, 50, 3, 5

@@ -30,10 +30,8 @@ def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle
 
     It is below the slack torque 2 r T0 at any friction: a loop slips before a span goes slack.
 
-    ``radius``: radius r of the pulley [m]; ``pretension``: pretension T0 [N]; ``friction``: coefficient of
-    friction mu between cable and pulley [-]; ``wrap_angle``: angle alpha the cable wraps round the pulley
-    [rad].
-    Returns torque [N m].
+    ``radius``: r [m]; ``pretension``: T0 [N]; ``friction``: coefficient mu between cable and pulley [-];
+    ``wrap_angle``: alpha, by which the cable wraps round the pulley [rad]. Returns torque [N m].
     """
     return 2.0 * radius * pretension * tanh(friction * wrap_angle / 2.0)
 
@@ -229,6 +227,11 @@ def warnings_of_rest(drive: Machine) -> tuple[str, ...]:
     return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(own, sheet))
 
 
+def sags(drive: Drive) -> bool:
+    """Whether a loop or a line sags more than the straight cable of reduced models may."""
+    return any(True for _ in _sag(drive, derived_quantities(drive)))
+
+
 def largest_pretension(drive: Machine) -> float:
     """Pretension that strains the first rope to its ``strain_limit``, without one to `ELASTIC_RULE` [N]."""
     rope = as_machine(drive).ropes[0]
@@ -286,7 +289,7 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
             f"a span sags by {sheet.static_sag:.3g} m, {rounded(100 * sheet.sag_ratio, 3)}% of its length "
             f"(small: {SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} "
             f"(small: {SMALL_IRVINE:g}): the modes are those of the hanging rope; "
-            f"lumped models and tuned pretensions take a straight cable; {advice} to straighten it"
+            f"lumped models, maps and branches take a straight cable; {advice} to straighten it"
         )
 
 

@@ -123,14 +123,6 @@ def shafts_of(drive: Drive) -> tuple[Shaft, ...]:
     return base, load, Shaft(name="motor", radius=base.radius, holding_stiffness=holding, **own)
 
 
-def joint_of(drive: Drive) -> Joint | None:
-    """Flexible joint between motor and drive pulley; None without a motor or where it is rigid."""
-    motor = drive.motor
-    if motor is None or motor.joint_stiffness is None:
-        return None
-    return Joint(stiffness=motor.joint_stiffness, damping=motor.joint_damping)
-
-
 def shaft_frictions(drive: Drive) -> list[tuple[float, float, Array]]:
     """Friction of drive pulley, load pulley, motor and joint, seen at the rim.
 

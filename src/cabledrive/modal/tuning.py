@@ -27,7 +27,7 @@ from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.span_table import strained
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import transverse_chains
-from cabledrive.modal.elements import ACROSS
+from cabledrive.modal.elements import ACROSS, ALONG
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import network_of_chain
@@ -36,6 +36,7 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route.two_pulleys import as_machine
 
 TURNING = 1e-6
 """Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""
@@ -211,22 +212,30 @@ def _no_tuning(wanted: float, rigidity: float) -> str:
 
 _TURNING = 1e-6
 """Share of the kinetic energy from which a pulley turns in a mode."""
+_STRETCHES, _MAINLY = 0.1, 0.25
+"""Share of the strain energy along ropes, and of the kinetic energy in pulleys, from which a mode is one of
+pulleys though most of its strain is across."""
 _SETTLED, _STEPS = 1e-6, 12
 
 
 def first_modes(network: Network) -> tuple[Mode, dict[str, Mode]]:
-    """The first longitudinal mode in which a pulley turns, and the first across each span that has one."""
+    """The first mode in which a pulley turns and stretches ropes, and the first across each span."""
     spectrum, names = Spectrum(network_of_routes(network)), {one.name for one in network.drive.pulley}
-    along = (
-        one for n in (1, 10) for one in spectrum.first({LONGITUDINAL: n}, distinct=True)[LONGITUDINAL][0]
-    )
-    shares = ((one, one.kinetic_shares) for one in along)
-    turning = (one for one, own in shares if any(own.get(name, 0.0) > _TURNING for name in names))
-    pulley = next(turning, None)
+    found = spectrum.first({LONGITUDINAL: 10, TRANSVERSE: 10}, distinct=True)
+
+    def turns(mode: Mode) -> bool:
+        along = sum(own for (_, way, _), own in mode.places.items() if way == ALONG)
+        own = [share for one, share in mode.kinetic_shares.items() if one in names]
+        swings = sum(share for one, share in mode.kinetic_shares.items() if one.endswith(f" {ACROSS}"))
+        stretches = mode.kind == LONGITUDINAL or (along > _STRETCHES and sum(own) > _MAINLY)
+        return stretches and max(own, default=0.0) > _TURNING and swings <= sum(own)
+
+    modes = sorted((mode for own, _ in found.values() for mode in own), key=lambda mode: mode.frequency)
+    pulley = next(filter(turns, modes), None)
     if pulley is None:
         raise InputRefused("no pulley turns in the first longitudinal modes: there is no pulley mode to tune")
     lowest: dict[str, Mode] = {}
-    for mode in spectrum.first({TRANSVERSE: 10}, distinct=True)[TRANSVERSE][0]:
+    for mode in found[TRANSVERSE][0]:
         lowest.setdefault(mode.span or "", mode)
     return pulley, lowest
 
@@ -244,29 +253,29 @@ def at_pretensions(drive: Machine, factor: float) -> Any:
     return replace(drive, cable=cable)
 
 
-def pretension_of(machine: RoutedDrive, span: str) -> float:
+def pretension_of(machine: RoutedDrive, number: int) -> float:
     """Pretension that the file gives the rope of a span [N]; refused where it gives none."""
-    number = next(own.route for own in machine.free_spans if own.name == span)
-    if (pretension := machine.ropes[number].pretension) is None:
-        raise InputRefused(f"no pretension is given for the rope of {span}: weights and springs make it")
+    span = machine.free_spans[number]
+    if (pretension := machine.ropes[span.route].pretension) is None:
+        raise InputRefused(f"no pretension is given for the rope of {span.name}: weights and springs make it")
     return pretension
 
 
-def tuning_factor(machine: RoutedDrive, span: str) -> float:
+def tuning_factor(drive: Machine, number: int) -> float:
     """Factor of all pretensions at which the first mode across a span has half the pulley mode's frequency.
 
     Refused where weights or springs make the tension, or no rope bears it.
     """
-    factor = 1.0
+    factor, span = 1.0, as_machine(drive).spans[number]
     for _ in range(_STEPS):
-        pulley, lowest = first_modes(network_of(at_pretensions(machine, factor)))
+        machine = as_machine(at_pretensions(drive, factor), turned=True)
+        pulley, lowest = first_modes(network_of(machine))
         if span not in lowest:
             break
         ratio = lowest[span].frequency / pulley.frequency
         if abs(ratio - 0.5) <= _SETTLED:
-            if line := next(strained(at_pretensions(machine, factor)), ""):
-                need = factor * pretension_of(machine, span)
-                raise InputRefused(f"the rope of {span} would need {need:.4g} N: {line}")
+            if line := next(strained(machine), ""):
+                raise InputRefused(f"at {pretension_of(machine, number):.4g} N {line}")
             return factor
         factor *= (0.5 / ratio) ** 2
     raise InputRefused(f"no pretension tunes {span}: weights and springs make most of its tension")

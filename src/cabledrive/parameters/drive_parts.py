@@ -1,7 +1,7 @@
 """What a drive is made of beside its cable: pulleys, carriages, motor, layout, instruments, excitation."""
 
 from dataclasses import dataclass
-from math import cos, inf, isfinite, pi, sin
+from math import cos, inf, isfinite, pi
 
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import (
@@ -103,11 +103,6 @@ class Layout:
             raise InputRefused(
                 f"span_length [m, unstretched] or pulley_distance [m, pretensioned]: {given} given; give one"
             )
-
-    @property
-    def gravity_along(self) -> float:
-        """Component of gravity from the load pulley towards the drive pulley [m/s^2]."""
-        return self.gravity * sin(self.inclination)
 
     @property
     def gravity_across(self) -> float:

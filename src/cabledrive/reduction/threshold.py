@@ -9,6 +9,7 @@ the last term being the third harmonic's share. Without damping of the pulley mo
 bound at its own frequency, and the threshold is zero.
 """
 
+from dataclasses import dataclass
 from itertools import pairwise
 from math import log, pi, sqrt
 
@@ -19,6 +20,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import AutoparametricModel
 from cabledrive.reduction.averaging import AveragedCoefficients, averaged_coefficients
+from cabledrive.reduction.waves import Waves
 
 _INSTANTS = 2001
 _ACROSS = ("pump", "transverse_detuning", "transverse_damping")
@@ -182,3 +184,91 @@ def lost_square(first: ArrayLike, second: ArrayLike, detuning: ArrayLike) -> Arr
     both = a + b
     damped = a * b * (1.0 + (off / np.where(both > 0.0, both, 1.0)) ** 2)
     return np.where(both > 0.0, damped, 0.25 * off**2)
+
+
+_AROUND, _MOST_TOGETHER = 0.3, 40
+"""Detuning over the frequency up to which modes across are looked at together, and how many."""
+
+
+def joint_threshold(waves: Waves, number: int, most: float) -> float:
+    r"""Torque of the first motor at one longitudinal frequency from which modes across grow together [N m].
+
+    All longitudinal modes respond, :math:`(W_k^2 - W^2) Q_k + iW\sum_l c_{kl} Q_l = \tau\theta_k`, and all
+    modes across take part, averaged:
+
+    .. math:: \dot B_a = \big(i(w_a - W/2) - \Gamma_a/2\big) B_a
+              + i\sum_{bk} g_{kab} Q_k \bar B_b / (4\sqrt{w_a w_b}).
+
+    ``number``: of the longitudinal mode; infinite if they do not grow at ``most`` [N m].
+    """
+    along, omega = (
+        2.0 * pi * np.array([one.frequency for one in own]) for own in (waves.along, waves.across)
+    )
+    natural, (damping, losses) = along[number], waves.losses
+    rubbed = waves.coordinates[0] @ waves.network.dampers.dense.T
+    lost = (rubbed * waves.network.dampers.values) @ rubbed.T
+    np.fill_diagonal(lost, damping)
+    forced = np.linalg.solve(np.diag(along**2 - natural**2) + 1j * natural * lost, waves.turns[:, 0])
+    pumped = np.tensordot(forced, waves.couplings, axes=1)
+    off = np.abs(natural - omega[:, None] - omega) / natural
+    nearest = np.where(np.abs(pumped) > 1e-9 * np.abs(pumped).max(), off, np.inf).min(axis=1)
+    own = np.argsort(nearest)[: min(_MOST_TOGETHER, int((nearest <= _AROUND).sum()))]
+    turn = np.diag(omega[own] - 0.5 * natural)
+    pump = pumped[np.ix_(own, own)] / (4.0 * np.sqrt(np.outer(omega[own], omega[own])))
+    still = np.block([[0.0 * turn, -turn], [turn, 0.0 * turn]])
+    still -= 0.5 * np.diag(np.tile(losses[own], 2))
+    grown = np.block([[-pump.imag, pump.real], [pump.real, pump.imag]])
+
+    def grows(torque: float) -> bool:
+        return bool(np.linalg.eigvals(still + torque * grown).real.max(initial=-np.inf) > 0.0)
+
+    if not grows(most):
+        return float("inf")
+    low, high = 0.0, most
+    while high - low > 1e-4 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if grows(middle) else (middle, high)
+    return high
+
+
+BUILD_UP = 10.0
+"""How long the torque has acted when the verdict is given [s]."""
+
+CLOSE = 2.0
+"""Within so many half-widths of the instability region a drive is close to resonance."""
+
+RESONANT, NEAR, SAFE = "resonant", "close", "safe"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InstabilityMargin:
+    """Detuning of a drive from the instability region of a torque."""
+
+    verdict: str  # {"resonant", "close", "safe"}
+    mode: int  # the transverse mode, of those of the model, that decides
+    # distance, half_width: detuning from the middle of the instability region and its half-width [rad/s]
+    distance: float
+    half_width: float
+    growth: float  # growth rate of a vanishing motion [1/s]
+    amplitude: float  # pulley mode's amplitude q under the torque [m]
+    slack: bool  # whether that amplitude is where a span goes slack
+
+
+def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
+    """Relatively nearest instability region of a torque [N m] that has acted for `BUILD_UP`."""
+    c = averaged_coefficients(model, torque=torque, drift=False)
+    reached = float(pulley_amplitude(c, BUILD_UP))
+    amplitude = min(reached, model.slack_amplitude)  # where slack ends it
+    distances = np.abs(c.transverse_detuning + (c.pump * amplitude) ** 2 / (2.0 * c.forcing))
+    widths = instability_half_width(c, amplitude)
+    mode = int(np.argmin(distances / np.maximum(widths, 1e-12 * model.natural)))
+    distance, width = float(distances[mode]), float(widths[mode])
+    return InstabilityMargin(
+        verdict=RESONANT if distance < width else NEAR if distance < CLOSE * width else SAFE,
+        mode=mode,
+        distance=distance,
+        half_width=width,
+        growth=float(growth_rates(c, amplitude)[mode]),
+        amplitude=float(amplitude),
+        slack=bool(reached > model.slack_amplitude),
+    )

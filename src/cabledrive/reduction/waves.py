@@ -72,6 +72,18 @@ class Waves(NamedTuple):
         return self.coordinates[0] @ turns_by_torque(self.network).T
 
     @property
+    def slack_torques(self) -> Array:
+        """Torque of the first motor at each longitudinal frequency that slackens a rope, (along,) [N m]."""
+        forces = [
+            own.rest.tension_at(own.rest.start + self.inside * own.rest.length) for own in self.network.pieces
+        ]
+        stiffness = (self.network.impedance / self.network.time)[::3] * self.length  # EA + T
+        share = np.abs(stiffness[:, None] * self.slopes[0]) / np.maximum(np.array(forces), 1e-300)
+        natural = 2.0 * pi * np.array([mode.frequency for mode in self.along])
+        turns = np.maximum(np.abs(self.turns[:, 0]), 1e-300)
+        return natural * self.losses[0] / turns / np.maximum(share.max(axis=(1, 2)), 1e-300)
+
+    @property
     def couplings(self) -> Array:
         """Of two transverse modes by a longitudinal one, shape (along, across, across)."""
         force = (self.rigidity * self.length)[:, None] * self.weights * self.measure

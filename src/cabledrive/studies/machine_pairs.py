@@ -1,7 +1,10 @@
 """Pairs near internal resonance of a machine with the modes that they are of, and its resonance by them."""
 
 from collections.abc import Sequence
+from math import inf
 from typing import NamedTuple
+
+import numpy as np
 
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.motion import ALONG
@@ -9,8 +12,10 @@ from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.tuning import Pair, at_pretensions, first_modes, pretension_of, tuning_factor
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.fields import LARGEST
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.reduction.threshold import NEAR, SAFE, joint_threshold
 from cabledrive.reduction.waves import waves_of
 from cabledrive.studies import pair_thresholds as near
 from cabledrive.studies.resonance_detuning import ResonanceSummary, acting_torque, verdict_of
@@ -19,11 +24,13 @@ NOT_INCLUDED = "Coulomb friction of shafts and rails, motion of bodies beyond sm
 MISSING = {
     "threshold_torque": "no pair that the first motor excites is near",
     "threshold_here": "no pair that the first motor excites is near",
-    "growth_torque": "is of one cable between two pulleys",
-    "coulomb_onset": "Coulomb friction is not included on a machine with routes",
+    "growth_torque": "is of one straight cable between two pulleys",
+    "coulomb_onset": "Coulomb friction is included for one straight cable between two pulleys",
 }
 _STRETCHES = 0.1
 """Share of its strain energy in stretch from which a mode across, of a rope that hangs, can excite others."""
+_APART = 0.95
+"""Share of the lowest threshold of pairs below which modes near each other are said to grow together."""
 _SHORT = 1.0 / 40.0
 """Length of a section over the longest below which its pairs with the pulley mode are not listed as such."""
 
@@ -31,16 +38,29 @@ _SHORT = 1.0 / 40.0
 class MachinePairs(NamedTuple):
     """Pairs near resonance of a machine, and the modes that they are of."""
 
+    # longitudinal frequency [Hz], and torque from which pairs of modes near each other grow together [N m]
+    together: tuple[tuple[float, float], ...]
     pairs: tuple[near.NearPair, ...]
     pulley: Mode  # the first longitudinal mode in which a pulley turns
     nearest: Mode  # of the lowest transverse mode of each span the one nearest to 1:2
+    slack: float  # torque at the pulley mode's frequency that slackens a rope [N m]
     modes: Modes
 
     @property
     def doubt(self) -> tuple[str, ...]:
         """Why the modes are in doubt."""
         reason = self.modes.certified_reason
-        return (f"modes not certified: {reason}",) if reason else ()
+        found = (
+            f"modes near each other grow together: at {hertz:.4g} Hz from {torque:.4g} N m on, earlier than "
+            "any pair by itself"
+            for hertz, torque in self.together
+        )
+        return (*found, *((f"modes not certified: {reason}",) if reason else ()))
+
+    @property
+    def thresholds(self) -> list[tuple[float, float | None]]:
+        """Longitudinal frequency [Hz] and threshold torque [N m] of pairs, by themselves and together."""
+        return [*self.together, *((pair.longitudinal_hz, pair.threshold_torque) for pair in self.pairs)]
 
 
 def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
@@ -68,42 +88,54 @@ def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     reach = max((1.0 + near.NEAR) * max(mode.frequency for mode in stretching), most * 1.0001)
     across = [mode for mode in found.transverse if mode.frequency <= reach]
     waves = waves_of(network, stretching, across, hanging=True)
-    pairs = near.pairs_of(waves, drive.spans, pulley.frequency, tunings)
-    return MachinePairs(pairs, pulley, nearest, found)
+    pairs, together = (
+        near.pairs_of(waves, drive.spans, pulley.frequency, tunings),
+        list[tuple[float, float]](),
+    )
+    for number, mode in enumerate(stretching):
+        own = (pair.threshold_torque for pair in pairs if pair.longitudinal_hz == mode.frequency)
+        least = min((torque for torque in own if torque), default=0.0)
+        if least and (joint := joint_threshold(waves, number, _APART * least)) < inf:
+            together.append((mode.frequency, joint))
+    at = np.argmin([abs(mode.frequency - pulley.frequency) for mode in stretching])
+    return MachinePairs(tuple(together), pairs, pulley, nearest, float(waves.slack_torques[at]), found)
 
 
-def resonance_of_pairs(
-    machine: RoutedDrive, torque: float | None, *, details: bool = True
-) -> ResonanceSummary:
+def resonance_of_pairs(drive: Machine, torque: float | None, *, details: bool = True) -> ResonanceSummary:
     """Resonance by the thresholds of pairs alone, under an amplitude of the torque [N m].
 
     ``details``: whether to look for the tuned pretension, of the rope of the span nearest to 1:2, with all
     others in proportion, and the threshold there.
     """
-    drive = as_machine(machine, turned=True)
     acting, found = acting_torque(drive, torque), machine_pairs(drive)
-    thresholds = [(pair.longitudinal_hz, pair.threshold_torque) for pair in found.pairs]
-    verdict, reasons = verdict_of(acting, thresholds)
+    verdict, reasons = verdict_of(acting, found.thresholds)
+    hertz = found.pulley.frequency
+    if found.slack < LARGEST:
+        reasons = (
+            *reasons,
+            f"from {found.slack:.4g} N m of steady torque at {hertz:.4g} Hz on a rope goes slack",
+        )
+        pushed = acting is not None and acting.reaches(hertz) is not None and (acting.amplitude or 0.0)
+        verdict = NEAR if verdict == SAFE and pushed >= found.slack else verdict
     ratio = found.nearest.frequency / found.pulley.frequency
-    here = min((torque for _, torque in thresholds if torque is not None), default=None)
-    span, missing, tuned, at_tuning = found.nearest.span or "", dict(MISSING), None, None
+    here = min((torque for _, torque in found.thresholds if torque is not None), default=None)
+    machine = as_machine(drive, turned=True)
+    number = machine.spans.index(found.nearest.span or "")
+    missing, tuned, at_tuning = dict(MISSING), None, None
     try:
         if not details:
             raise InputRefused("not asked for")
-        tuned = pretension_of(drive, span) * (factor := tuning_factor(drive, span))
-        tuned_pairs = machine_pairs(at_pretensions(drive, factor))
-        own = (
-            pair.threshold_torque
-            for pair in tuned_pairs.pairs
-            if near.alike(pair.longitudinal_hz, tuned_pairs.pulley.frequency)
-        )
-        at_tuning = min((torque for torque in own if torque is not None), default=None)
+        tuned = pretension_of(machine, number) * (factor := tuning_factor(drive, number))
+        there = machine_pairs(at_pretensions(drive, factor))
+        hertz = there.pulley.frequency
+        own = [torque for own, torque in there.thresholds if torque is not None and near.alike(own, hertz)]
+        at_tuning = min(own, default=None)
     except (InputRefused, NotComputed) as refusal:
         missing |= dict.fromkeys(("tuned_pretension", "threshold_torque"), str(refusal))
     return ResonanceSummary(
         pairs=found.pairs,
         pulley_frequency=found.pulley.frequency,
-        nearest_span=span,
+        nearest_span=drive.spans[number],
         tuned_pretension=tuned,
         threshold_here=here,
         frequency_ratio=ratio,

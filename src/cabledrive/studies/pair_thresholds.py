@@ -30,15 +30,16 @@ ONE_TO_TWO, SUM = "1:2", "sum"
 HIGHEST = 3.0
 """Longitudinal modes are looked at up to so many times the pulley mode's frequency."""
 
-NEAR, NEAR_SUM = 0.1, 0.05
+NEAR, NEAR_SUM, FAR = 0.1, 0.05, 0.5
 """Largest detuning, over the longitudinal frequency, at which other pairs than those with a tuning are
-listed."""
+listed; that of 1:2 pairs of the pulley mode, beyond which averages describe none."""
 
 WEAKEST = 1e-2
 """Least coupling of two modes, over that of each with itself, at which a sum pair is listed."""
 
 STILL = "the first motor does not turn in this longitudinal mode"
 TOO_FAR = "no torque at the longitudinal frequency makes it grow: too far from resonance, or not stretched"
+SLACK = "a rope goes slack before it grows, from {:.4g} N m on"
 BOTH = "both"
 _SAME, _ALIKE = 1e-6, 1e-3
 """Relative differences up to which frequencies are of one mode, and pairs of both planes are alike."""
@@ -119,13 +120,13 @@ def _pairs(
         for own in tunings
         if (own.span, own.number) == (spans[where], number) and np.allclose(own.section, section)
     }
-    listed = np.diag(np.array([i in tuned for i in range(across.size)], dtype=bool))
-    turns = np.abs(waves.turns[:, 0])
+    listed = np.diag(np.array([i in tuned or not tunings for i in range(across.size)], dtype=bool))
+    turns, slack = np.abs(waves.turns[:, 0]), waves.slack_torques
     turns[turns <= _TURNING * turns.max(initial=0.0)] = 0.0
     for number, q in enumerate(waves.along):
         natural, turn = 2 * pi * q.frequency, float(turns[number])
         detunings, strength = natural - across[:, None] - across, np.abs(coupling[number])
-        own = listed & alike(q.frequency, pulley_hz)
+        own = listed & alike(q.frequency, pulley_hz) & (bool(tunings) | (np.abs(detunings) <= FAR * natural))
         # A stretch that the mode does not strain is listed as well, with the reason.
         strengths = np.maximum(strength, 1e-300 * own)
         for i, j in near_pairs(strengths, np.where(own, 0.0, np.abs(detunings) / natural)):
@@ -139,6 +140,11 @@ def _pairs(
             torque = amplitude * natural * float(damping[number]) / turn if turn and grows else None
             if turn and damping[number] == 0.0:  # it grows in time until they do
                 torque = 0.0
+            limit, why = float(slack[number]), TOO_FAR if turn else STILL
+            if torque and torque > limit:
+                torque, why = None, SLACK.format(limit)
+            if torque is None and not tunings and abs(detunings[i, j]) > NEAR * natural:
+                continue
             yield NearPair(
                 kind=ONE_TO_TWO if i == j else SUM,
                 longitudinal_hz=q.frequency,
@@ -152,7 +158,7 @@ def _pairs(
                 coupling=float(strength[i, j]),
                 threshold_amplitude=float(amplitude * strain) if grows else None,
                 threshold_torque=torque,
-                reason="" if torque is not None else TOO_FAR if turn else STILL,
+                reason="" if torque is not None else why,
                 tuning=tuned.get(i) if own[i, j] else None,
             )
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.mechanics.datasheet import elastic_range, largest_pretension, warnings_of_rest
+from cabledrive.mechanics.datasheet import elastic_range, largest_pretension, sags, warnings_of_rest
 from cabledrive.mechanics.holding import motor_condition
 from cabledrive.mechanics.network.span_table import strained
 from cabledrive.modal.tuning import (
@@ -29,19 +29,26 @@ from cabledrive.reduction.autoparametric import (
 )
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
-from cabledrive.reduction.threshold import coulomb_onset_torque, growth_torque, threshold_torque
+from cabledrive.reduction.threshold import (
+    BUILD_UP,
+    CLOSE,
+    NEAR,
+    RESONANT,
+    SAFE,
+    InstabilityMargin,
+    coulomb_onset_torque,
+    growth_torque,
+    instability_margin,
+    threshold_torque,
+)
 from cabledrive.studies import resonance_detuning as regions
 from cabledrive.studies.machine_pairs import MachinePairs, machine_pairs, resonance_of_pairs
 from cabledrive.studies.pair_thresholds import HIGHEST, SUM, alike
 from cabledrive.studies.resonance_detuning import (
     CLOSE_SHARE,
     FAILED,
-    NEAR,
     REACH,
-    RESONANT,
-    SAFE,
     TRIALS,
-    InstabilityMargin,
     Remedy,
     ResonanceSummary,
     first_safe,
@@ -93,8 +100,10 @@ def resonance(
     NotComputed
         If a span hangs slack at rest.
     """
-    if two_pulleys(machine) is None and not load_torque:
-        return resonance_of_pairs(as_machine(machine), torque, details=details)
+    own = two_pulleys(machine)
+    if not load_torque and (own is None or sags(own)):
+        found = resonance_of_pairs(own or as_machine(machine), torque, details=details)
+        return replace(found, left_out=(*found.left_out, *(warnings_of_rest(own) if own else ())))
     drive = require_two_pulleys(machine, "`resonance` under a load torque")
     motor = motor_condition(drive)
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None
@@ -118,7 +127,7 @@ def resonance(
             verdict=SAFE, torque=tau, reasons=why, missing=missing, motor=motor, left_out=cautions
         )
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-    instability = regions.instability_margin(model, tau)
+    instability = instability_margin(model, tau)
     divided = ", where carriages divide the spans and no section is near 1:2," if drive.carriage else ""
     missing = {
         "threshold_torque": f"at the tuned pretension of an empty span{divided} no torque makes a mode grow",
@@ -215,7 +224,7 @@ def _reasons(
     ]
     if model.modal_damping == 0.0:
         said = "the pulley mode is undamped: the threshold at its own frequency is zero"
-        found.append(f"{said}, and the instability region is that after {regions.BUILD_UP:.3g} s of growth")
+        found.append(f"{said}, and the instability region is that after {BUILD_UP:.3g} s of growth")
     if model.transverse_damping == 0.0:
         found.append(
             "the cable has no transverse damping: at exact tuning any motion of the pulley mode excites it"
@@ -264,7 +273,9 @@ def pair_remedies(machine: Machine, found: ResonanceSummary) -> tuple[Remedy, ..
         except (InputRefused, NotComputed):
             return False
 
-    least = CLOSE_SHARE * (found.threshold_here or 0.0)
+    if found.threshold_here is None:  # a rope goes slack first
+        return ()
+    least = CLOSE_SHARE * found.threshold_here
     text = f"keep the torque at the frequencies of the pairs below {least:.3g} N m"
     limit = Remedy(change="limit torque", value=least, text=text)
     return (*(_pretension(machine, safe, raised, _FEW) for raised in (True, False)), limit)
@@ -281,7 +292,7 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
     def safe(trial: Drive) -> bool:
         try:
             found = autoparametric_model(trial, load_torque=load_torque, at_rest=True)
-            return regions.instability_margin(found, torque).verdict == SAFE
+            return instability_margin(found, torque).verdict == SAFE
         except (InputRefused, NotComputed):  # weights or the steady load take a span's tension away
             return False
 
@@ -296,7 +307,7 @@ def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> dict[s
     Of the threshold the relative change per 1/s of Gamma, and per N m s/rad of friction at the load pulley.
     """
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-    mode = regions.instability_margin(model, torque).mode
+    mode = instability_margin(model, torque).mode
     step = 1e-4 * model.pretension
     above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
     slope = float((above.transverse[mode] - below.transverse[mode]) / (2 * step))
@@ -370,7 +381,7 @@ def _at_load(drive: Drive, model: AutoparametricModel, safe: Callable[[Drive], b
 def _torque(model: AutoparametricModel) -> Remedy:
     c = averaged_coefficients(model, torque=1.0, drift=False)
     resistance = float(np.abs(-0.5 * c.damping + 1j * c.detuning))
-    outside = np.hypot(c.transverse_detuning / regions.CLOSE, 0.5 * c.transverse_damping)  # just
+    outside = np.hypot(c.transverse_detuning / CLOSE, 0.5 * c.transverse_damping)  # just
     limit = float(np.min(outside * resistance / (np.abs(c.force) * np.abs(c.pump))))
     text = f"keep the torque at the pulley mode's frequency below {limit:.3g} N m"
     if limit == 0.0:

@@ -5,28 +5,17 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-
 from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import Machine
-from cabledrive.reduction.autoparametric import AutoparametricModel
-from cabledrive.reduction.averaging import averaged_coefficients
-from cabledrive.reduction.threshold import growth_rates, instability_half_width, pulley_amplitude
+from cabledrive.reduction.threshold import NEAR, RESONANT, SAFE, InstabilityMargin
 from cabledrive.studies.excitation_orders import frequency_per_speed
 from cabledrive.studies.pair_thresholds import NearPair
 
-BUILD_UP = 10.0
-"""How long the torque has acted when the verdict is given [s]."""
-
-CLOSE = 2.0
-"""Within so many half-widths of the instability region a drive is close to resonance."""
-
 FAR = 0.5
 """Of twice the frequency ratio from one: the averaged equations describe no detuning beyond."""
-RESONANT, NEAR, SAFE = "resonant", "close", "safe"
 NO_EXCITATION = "no excitation given"
 """Nothing is said of what excites the machine, so that there is nothing to judge."""
 OF_A_MOTION = {"safe": SAFE, "dangerous": RESONANT, "unknown": "unknown"}
@@ -35,20 +24,6 @@ SHOWN = "Internal resonance"
 """Heading of the figures of a result."""
 SLACK = "the spans go slack before any torque does this"
 STATE_ONE = "state one by --torque, --motion or [excitation]"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InstabilityMargin:
-    """Detuning of a drive from the instability region of a torque."""
-
-    verdict: str  # {"resonant", "close", "safe"}
-    mode: int  # the transverse mode, of those of the model, that decides
-    # distance, half_width: detuning from the middle of the instability region and its half-width [rad/s]
-    distance: float
-    half_width: float
-    growth: float  # growth rate of a vanishing motion [1/s]
-    amplitude: float  # pulley mode's amplitude q under the torque [m]
-    slack: bool  # whether that amplitude is where a span goes slack
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -99,26 +74,6 @@ class ResonanceSummary(Result):
     nearest_span: str | None = None
     certified: bool | None = None
     left_out: tuple[str, ...] = ()
-
-
-def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
-    """Relatively nearest instability region of a torque [N m] that has acted for `BUILD_UP`."""
-    c = averaged_coefficients(model, torque=torque, drift=False)
-    reached = float(pulley_amplitude(c, BUILD_UP))
-    amplitude = min(reached, model.slack_amplitude)  # where slack ends it
-    distances = np.abs(c.transverse_detuning + (c.pump * amplitude) ** 2 / (2.0 * c.forcing))
-    widths = instability_half_width(c, amplitude)
-    mode = int(np.argmin(distances / np.maximum(widths, 1e-12 * model.natural)))
-    distance, width = float(distances[mode]), float(widths[mode])
-    return InstabilityMargin(
-        verdict=RESONANT if distance < width else NEAR if distance < CLOSE * width else SAFE,
-        mode=mode,
-        distance=distance,
-        half_width=width,
-        growth=float(growth_rates(c, amplitude)[mode]),
-        amplitude=float(amplitude),
-        slack=bool(reached > model.slack_amplitude),
-    )
 
 
 UNKNOWN = "unknown"
@@ -185,9 +140,9 @@ def verdict_of(
     if acting.amplitude is None:
         return UNKNOWN, (f"{words}; its amplitude is not given: add excitation.torque_ripple",)
     words = f"{words}; the amplitude is {acting.amplitude:.4g} N m"
-    if acting.amplitude >= lowest:
+    if acting.amplitude >= lowest and acting.amplitude > 0.0:
         return RESONANT, (words,)
-    return (NEAR if acting.amplitude >= CLOSE_SHARE * lowest else SAFE), (words,)
+    return (NEAR if acting.amplitude >= CLOSE_SHARE * lowest > 0.0 else SAFE), (words,)
 
 
 REACH = 1.0

@@ -75,11 +75,11 @@ def command(
         summary_text,
     )
     from cabledrive.mechanics.holding import FREE, left_out_under_torque
+    from cabledrive.reduction.threshold import BUILD_UP, NEAR, RESONANT
     from cabledrive.report.machine.tables import pair_data
     from cabledrive.studies.alarm import alarm
     from cabledrive.studies.planned_motion import read_motion
     from cabledrive.studies.resonance import pair_remedies, remedies, resonance
-    from cabledrive.studies.resonance_detuning import BUILD_UP, NEAR, RESONANT
     from cabledrive.studies.resonance_map import steady_branches
 
     for name, given in (("--map", map_file is not None), ("--branches", with_branches)):

@@ -12,13 +12,14 @@ from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.reduction.quality import ModelQuality, distributed, model_quality
+from cabledrive.reduction.threshold import RESONANT
 from cabledrive.rig.laws.controllers import plant_chain
 from cabledrive.rig.setting import DEGREE, Motion
 from cabledrive.rig.trial import one_count
 from cabledrive.studies.alarm import DANGEROUS, SAFE, AlarmResult, alarm
 from cabledrive.studies.planned_motion import PlannedMotion
 from cabledrive.studies.resonance import resonance
-from cabledrive.studies.resonance_detuning import RESONANT, UNKNOWN
+from cabledrive.studies.resonance_detuning import UNKNOWN
 from cabledrive.studies.study.machine import values_of
 
 SHOWN = 4
