@@ -1,6 +1,7 @@
 """A controller in C is the interpreted kernel to the bit, and behaves as firmware has to."""
 
 import ctypes
+import json
 import shutil
 from dataclasses import replace
 
@@ -21,6 +22,7 @@ from cabledrive.export.door import write_folder
 from cabledrive.export.single_precision import MARGIN, differenced, self_test_gap, single_precision
 from cabledrive.export.source import designed, designed_loop
 from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS
+from cabledrive.trajectories import pulse
 from command import refused
 from export.designs import (
     COMPILERS,
@@ -190,6 +192,22 @@ def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     again = cd.export_to(tmp_path / "again", out, "c99")
     assert (tmp_path / "again" / "cabledrive_law.c").read_text() == (out / "cabledrive_law.c").read_text()
     assert again["files"] == found["files"]
+
+
+def test_a_law_takes_the_rises_with_which_its_study_tested_it(tmp_path):
+    """The exported reference, and a run of the rig from the folder, are of the order that is kept."""
+    cd.export_to(tmp_path / "first", "dissertation-3", "c99", controller="lqg")
+    kept = tmp_path / "first" / "controller.json"
+    texts = {11: (tmp_path / "first" / "cabledrive_law.h").read_text()}
+    kept.write_text(json.dumps(json.loads(kept.read_text()) | {"order": 9}))
+    cd.export_to(tmp_path / "second", kept.parent, "c99")
+    texts[9] = (tmp_path / "second" / "cabledrive_law.h").read_text()
+    for order, text in texts.items():
+        assert f"smooth rises of order {order}." in text
+    run = cd.track(cd.load_drive("dissertation-3"), controller=kept.parent)
+    assert run.summary["motion"]["order"] == 9
+    expected = pulse(np.radians(45.0), 0.5, 0.5, order=9)(run.time, 0)[0]
+    np.testing.assert_allclose(run.reference, expected, atol=1e-9)
 
 
 def test_random_inputs_give_what_the_interpreted_kernel_gives(package):

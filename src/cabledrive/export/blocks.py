@@ -167,9 +167,9 @@ def controller_block(source: ExportSource, tolerance: float | None = None) -> Bl
 
 
 def needed_rise(law: ControllerFile) -> int:
-    """Least odd order of a rise whose derivatives that the law takes do not jump, and at least 9."""
+    """Order of the rises of a law's study; else the least odd one without jumps, and at least 9."""
     assert law.reference is not None
-    return max(9, 2 * law.reference.derivatives - 1)
+    return law.order or max(9, 2 * law.reference.derivatives - 1)
 
 
 def path_state(law: ControllerFile) -> PathState:

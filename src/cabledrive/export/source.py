@@ -176,7 +176,7 @@ def plant_loop(source: ExportSource) -> Loop:
         raise InputRefused(
             "the plant needs the drive, and no drive.toml with the law's hash is beside it: give the drive"
         )
-    return loop_on(source, drive, Motion(order=needed_order(source.law.name, drive)))
+    return loop_on(source, drive, Motion(order=source.law.order or needed_order(source.law.name, drive)))
 
 
 def loop_on(source: ExportSource, drive: Drive, motion: Motion, *, slack: bool = True) -> Loop:

@@ -162,7 +162,8 @@ def track(
     if file is not None:
         options = replace(options, feedback=file.feedback)
     if motion.order is None:
-        motion = replace(motion, order=needed_order(name, drive))
+        known = None if file is None else file.order
+        motion = replace(motion, order=known or needed_order(name, drive))
     check_run(actual, motion, options, draws=draws, cable=plant == CABLE)
     trial.check_motion(actual, motion)
     trial.check_clock(drive, actual)

@@ -315,6 +315,7 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     return numbers | {
         "logs": {log.name: log.sha256 for log in result.check.logs},
         "setting": chosen.words,
+        "order": goals.motion.rise_order,
         "study": said,
         "stated_bound": control.bound if chosen.model is not None and control is not None else None,
     }

@@ -167,6 +167,7 @@ class ControllerFile:
     reference: ReferenceNumbers | None
     columns: tuple[str, ...]  # names of the reference's columns
     own: OwnController | None = None  # A controller of the user's own, whose step no file holds
+    order: int | None = None  # of the rises with which its study tested it
 
 
 def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any]:
@@ -264,6 +265,7 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
             torque_limit=float("inf") if data["torque_limit"] is None else float(data["torque_limit"]),
             law=law,
             own=own,
+            order=data.get("order"),
             late_samples=int(data["late_samples"]),
             counts=tuple(float(count) for count in data["counts"]),
             torque_per_volt=data["torque_per_volt"],
