@@ -11,14 +11,17 @@ from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 import cabledrive as cd
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.printer import belt_of, is_printer_file, printer
+from cabledrive.mechanics.datasheet import derived_quantities
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import InputRefused, load_drive
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.animation import animation_svg, controlled_film
 from cabledrive.report.figures import run_histories
 from cabledrive.report.figures.ladder import staircase
 from cabledrive.report.figures.shapes import FEWEST
 from cabledrive.report.log_page import write_log_report
+from cabledrive.report.machine.data import OF_ONE_ROPE, data_sheet
 from cabledrive.report.mode_figure import mode_figure, mode_picture
 from cabledrive.report.printer_page import printer_html
 from cabledrive.report.printer_tables import computed
@@ -231,3 +234,19 @@ def test_an_animation_of_routes_draws_each_rope_as_far_aside_as_it_is():
     drawn = [max(map(bend, re.findall(r'd="(M[^"]+)" style="fill: none', frame))) for frame in frames]
     assert len(frames) == truth.size > 10
     np.testing.assert_allclose(drawn, 26.0 * truth / truth.max(), atol=0.2)
+
+
+@pytest.mark.parametrize("name", ["dissertation-3", "dissertation-2"])
+def test_a_machine_with_routes_has_the_closed_formulas_of_the_loop_that_it_is(name):
+    loop = cd.load_drive(name)
+    machine = as_machine(loop) if loop.motor else replace(as_machine(loop, turned=True), loads=())
+    known, found = derived_quantities(loop).as_dict(), data_sheet(machine).derived
+    for key in (*OF_ONE_ROPE, "cable_mass", "static_sag", "slack_torque"):
+        assert found[key] == pytest.approx(known[key], rel=2e-3), key
+
+
+def test_what_a_machine_with_routes_has_not_is_none_with_a_reason():
+    found = data_sheet(cd.load_drive("lift-2-to-1")).derived
+    for key in ("axial_rigidity", "slack_torque"):
+        assert found[key] is None
+        assert found["reasons"][key]

@@ -29,7 +29,7 @@ from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.modal_cable import ModalCable, modal_cable
 from cabledrive.reduction.stretch_kernels import (
     cable_middle,
@@ -248,10 +248,7 @@ def cable_block(drive: Machine) -> Block:
         left_out.append("ropes do not slip: capstan_friction is left out")
     if not cable.sine:  # ropes are straight in the linear model
         rubbing: tuple[Any, ...] = (*machine.body, *machine.pulley, *machine.motor)
-        if two_pulleys(drive) is not None:
-            left_out.append(
-                "pulleys turn anticlockwise, ropes move along their path: not the senses of a plant"
-            )
+        left_out.append("pulleys turn anticlockwise, ropes move along their path: not the senses of a plant")
         if any(part.coulomb_friction > 0.0 for part in rubbing):
             left_out.append("Coulomb friction is left out")
         if sag := straight_limit(network_of(machine), 2.0 * pi * cable.highest, kind=LONGITUDINAL):

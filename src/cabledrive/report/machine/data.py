@@ -6,15 +6,20 @@ from dataclasses import fields, is_dataclass
 from math import degrees
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from cabledrive.answers.figures import MOST_PARTS, Row, given, key_of, number, shown
-from cabledrive.mechanics.network import statics_of
+from cabledrive.mechanics.network import Statics, statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.modal.natural import spectrum_of
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Cable, InputRefused, NotComputed
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
 from cabledrive.report.figures.moving_machine import coordinates, moving_machine
+from cabledrive.report.machine.rest import sag_of
 from cabledrive.report.typesetting import capital
 from cabledrive.report.words import DATASHEET
 
@@ -124,10 +129,40 @@ def stated_wraps(drive: Machine) -> dict[str, float]:
     return {name: wrap for name, wrap in found if wrap is not None}
 
 
+OF_ONE_ROPE = (
+    *("axial_rigidity", "prestrain", "stretched_mass_per_length"),
+    *("axial_wave_speed", "transverse_wave_speed"),
+)
+
+
+def _of_ropes(machine: RoutedDrive, statics: Statics) -> tuple[dict[str, Any], dict[str, str]]:
+    """Of ropes and the first axis what a loop has in closed form, in SI by name; why it has not."""
+    kinds = {(rope.axial_rigidity, rope.mass_per_length, rope.pretension) for rope in machine.ropes}
+    found: dict[str, Any] = dict.fromkeys(OF_ONE_ROPE)
+    why = dict.fromkeys(OF_ONE_ROPE, "ropes differ, or none states a pretension: see the spans")
+    (rigidity, density, pretension), *others = kinds
+    if pretension is not None and not others:
+        cable = Cable(given_rigidity=rigidity, mass_per_length=density or 0.0, pretension=pretension)
+        found, why = {name: getattr(cable, name) for name in OF_ONE_ROPE}, {}
+    both = list(zip(machine.free_spans, statics.stretches, strict=True))
+    masses = (machine.ropes[span.route].mass_per_length or 0.0 for span, _ in both)
+    lengths = (machine.route[span.route].ropes * own[-1].end for span, own in both)
+    found["cable_mass"] = sum(mass * length for mass, length in zip(masses, lengths, strict=True))
+    found["static_sag"] = max(float(np.abs(sag_of(own)[1]).max()) for _, own in both)
+    try:
+        found["slack_torque"] = as_axis(machine).axis.words["slack_torque"]
+    except (InputRefused, NotComputed) as refusal:
+        found["slack_torque"], why["slack_torque"] = None, str(refusal)
+    return found, why
+
+
 def data_sheet(drive: Machine) -> DataSheet:
     """Derived quantities of a machine, and its spans by the names that modes have."""
     machine, derived = as_machine(drive), derived_with_lowest(drive)
     statics = statics_of(machine, held=machine.turned)
+    if "slack_torque" not in derived:
+        found, why = _of_ropes(machine, statics)
+        derived = found | derived | {"reasons": derived["reasons"] | why}
     rows = zip(drive.spans, span_rows(machine, statics), strict=True)
     spans, pulleys = [row | {"name": name} for name, row in rows], pulley_rows(machine, statics)
     for name, wrap in stated_wraps(drive).items():
