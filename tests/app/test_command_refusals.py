@@ -57,7 +57,9 @@ ROWS = {
         (f"resonance {D2} --torque=-1", "torque"),
         ("resonance serpentine --set route.belt.speed=5", "speed"),
         (f"resonance {D2} --torque 1e300", "1e+24 N m"),
-        (f'resonance {D2} --load-torque "1 N m"', "tension"),
+        ("resonance camera-line --load-torque 1e15", "elastic range", "614.7 N m"),
+        ("simulate lift-2-to-1 --duration 1s --travel --animate a.html", "--animate", "--plot"),
+        (f'resonance {D2} --load-torque "0.5 N m"', "tension"),
     ],
     "maps and comparisons": [
         (f"{MAP} head.x=60mm", "KEY=FROM:TO"),

@@ -105,6 +105,10 @@ def resonance(
         found = resonance_of_pairs(own or as_machine(machine), torque, details=details)
         return replace(found, left_out=(*found.left_out, *(warnings_of_rest(own) if own else ())))
     drive = require_two_pulleys(machine, "`resonance` under a load torque")
+    most = drive.load_pulley.radius * largest_pretension(drive)
+    if not abs(load_torque) <= most:
+        said = f"load torque = {load_torque:.4g} N m strains the cable beyond its elastic range"
+        raise InputRefused(f"{said}, up to {most:.4g} N m: lower it")
     motor = motor_condition(drive)
     stated = drive.excitation.torque_ripple if drive.excitation is not None else None
     if torque is None and stated is not None:
