@@ -130,8 +130,8 @@ def _parts(machine: RoutedDrive, pieces: int) -> list[int]:
 
 
 def _deflections(machine: RoutedDrive, result: SimulationResult) -> tuple[Array, Array]:
-    """Motion across of the ends of each span, (frames, spans, 2), and of its points from the line between."""
-    w = result.fields[:MOST_FRAMES, 2]
+    """Motion from rest, across, of the ends of each span, (frames, spans, 2), and of its points beside."""
+    w = result.fields[:MOST_FRAMES, 2] - result.resting[2]
     parts = _parts(machine, len(result.positions))
     share, ends, found = np.linspace(0.0, 1.0, POINTS), list[Array](), list[Array]()
     pieces = np.split(w, np.cumsum([len(own) for own in result.positions])[:-1], axis=1)

@@ -189,6 +189,7 @@ class RopeRun(PreparedRun):
             midpoint_peaks=dict(zip(mesh.pieces, outcome.state.peaks[:, 1].tolist(), strict=True)),
             slack_events=self.slack_events(outcome.state),
             energy_at_rest=self.energy_at_rest,
+            resting=self.rest.x - self.rest.counted,
             extremes=extremes_of(mesh.shown, (reach - self.rest.turned) @ mesh.turns.T),
             energy_handled=max(float(energies), 0.0) + work,
             error_estimate=estimated_errors(self, outcome, {name: columns[name] for name in quantities}),

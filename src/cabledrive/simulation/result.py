@@ -127,6 +127,10 @@ class SimulationResult(Result):
         "(field records, 3, nodes): displacements u, v, w of all nodes, piece by piece, ends in both; from "
         "rest, of loops and lines from the straight cable [m]"
     )
+    resting: Array = meaning(
+        "(3, nodes): displacements at rest, counted as those of `fields` [m]",
+        factory=lambda: np.zeros((3, 0)),
+    )
     assumptions: tuple[str, ...] = meaning("what was left out", ())
     provenance: dict[str, Any] = meaning("version, drive, method and settings, as plain data")
     stopped: str | None = meaning("why the run ended early, in one line; None if it did not")
