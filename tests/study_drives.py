@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from cabledrive.app.results import log_csv
 from cabledrive.identification.logs.log import log_of
 from cabledrive.parameters import load_drive
 from cabledrive.rig.experiment import Excitation, experiment
 from cabledrive.rig.setting import DEGREE
-from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals
 from cabledrive.studies.study.acceptance_stage import AcceptanceResult
 from cabledrive.studies.study.findings import Findings

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from cabledrive.app.results import log_csv
 from cabledrive.identification.camera_frames import Clip, open_clip
 from cabledrive.identification.camera_marker import marker_log, track_marker
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.tension.tones import Tones, fit_tones
-from cabledrive.rig.tracking import log_csv
 from command import refused
 from painted_marker import VirtualCamera, filmed
 

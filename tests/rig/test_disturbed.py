@@ -6,6 +6,7 @@ from math import radians
 import numpy as np
 import pytest
 
+from cabledrive.app.results import log_text
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
 from cabledrive.rig import Disturbance, Motion, RigOptions
@@ -14,7 +15,6 @@ from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.plant_samples import Disturbances, load_disturbances, with_disturbances
-from cabledrive.rig.tracking import log_text
 from control_chains import INTERVAL, model, states_of
 from rig_runs import track
 from true_plants import followed, truth_of

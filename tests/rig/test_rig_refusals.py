@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.app.tracked import parse_payload_range
 from cabledrive.reduction.transporter import transporter_of
 from cabledrive.reduction.two_motors import winched_machine
 from cabledrive.rig import BodyMotion, Disturbance, Motion, Payload, RigOptions, track
@@ -19,7 +20,7 @@ from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import LOAD_LEARNING as LEARNING
 from cabledrive.rig.laws.load_learning import SCHEDULED
 from cabledrive.rig.plant_samples import Disturbances, disturbances_of, disturbed_loop
-from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout, parse_payload_range
+from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout
 from cabledrive.rig.tuning import design
 from command import refused
 from rig_runs import loop_of, scaled_transporter

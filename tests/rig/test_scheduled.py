@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cabledrive.app.tracked import parse_payload, parse_payload_range
 from cabledrive.control.controller_kernels import controller_step
 from cabledrive.control.law_kernels import law_step
 from cabledrive.control.linear_laws import FRICTION_SLOPE
@@ -18,7 +19,6 @@ from cabledrive.rig.laws.load_learning import SCHEDULED, announced, with_announc
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import margins_of
 from cabledrive.rig.plant_samples import Disturbances
-from cabledrive.rig.setting import parse_payload, parse_payload_range
 from cabledrive.rig.trial import COMPARED, scored
 from cabledrive.rig.tuning import tuned_loop
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from cabledrive.app.results import log_csv
 from cabledrive.identification.logs.log import log_of
 from cabledrive.parameters import load_drive
 from cabledrive.parameters.drive_file import drive_text
@@ -21,7 +22,6 @@ from cabledrive.reduction.quality import model_quality
 from cabledrive.rig.closed_loop.loop import close_loop, run
 from cabledrive.rig.experiment import Excitation, experiment
 from cabledrive.rig.setting import DEGREE, Motion
-from cabledrive.rig.tracking import log_csv
 from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.study import Goals, run_study
 from cabledrive.studies.study.acceptance_stage import accept

@@ -18,7 +18,6 @@ from cabledrive.report.blocks import listed, table_text
 from cabledrive.report.machine.tables import ENDS, NEAR, PLANE, pairs_table, several
 from cabledrive.studies.alarm import AlarmResult
 from cabledrive.studies.motion_passages import Passage
-from cabledrive.studies.resonance import sensitivity
 from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION, Remedy, ResonanceSummary
 from cabledrive.studies.resonance_map import SteadyBranch
 
@@ -71,7 +70,7 @@ SUMMARY = Keys(
 OWN = Keys("number: transverse_frequency_hz? frequency_ratio? tuned_pretension?", also=(NEAR,))
 RESONANCE = Keys(
     "number: load_torque? rows: pairs remedies? branches? object: motion? instability_region? "
-    "map: sensitivity? tuned_pretension_under_load?",
+    "map: tuned_pretension_under_load?",
     {"tuned_pretension_under_load": "no pretension in reach tunes it"},
     parts={
         "pairs": OWN,
@@ -100,7 +99,6 @@ def loop_data(drive: Drive, found: ResonanceSummary, load_torque: float) -> dict
             "half_width_hz": region.half_width / (2 * pi),
             "required_detuning_hz": required if isfinite(required) else None,
         }
-        data["sensitivity"] = sensitivity(drive, acting, load_torque)
     if found.split:
         data |= {"load_torque": load_torque, "tuned_pretension_under_load": found.split}
     return RESONANCE(data)

@@ -7,16 +7,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from cabledrive.answers.keys import NOT_FINITE
 from cabledrive.app.failures import colours, note, watched_output
-from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.version import __version__
+
+if TYPE_CHECKING:
+    from cabledrive.identification.logs.log import Log
+    from cabledrive.parameters.arrays import Array
+    from cabledrive.rig import Tracking
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -141,3 +146,41 @@ class NewFileType(click.ParamType):  # type: ignore[type-arg]
             raise InputRefused(f"{path}: is to be written twice: give two names")
         taken.add(path.resolve())
         return NewFile(path, force)
+
+
+def log_csv(log: "Log") -> str:
+    """The log as comma-separated values, header such as ``time [s],torque [N m],angle [rad]``."""
+    heads = ["time [s]", *(f"{name.replace('_', ' ')} [{log.units[name]}]" for name in log.channels)]
+    return csv_text(heads, [log.time, *log.channels.values()])
+
+
+def csv_text(heads: Sequence[str], columns: "Sequence[Array]") -> str:
+    """Columns as comma-separated values of ten digits; ``heads``: with units; ``columns``, shape (rows,)."""
+    import numpy as np
+
+    table = np.column_stack(columns) + 0.0  # no negative zeros
+    lines = [",".join(f"{value:.10g}" for value in row) for row in table]
+    return "\n".join([",".join(heads), *lines]) + "\n"
+
+
+LOAD_CELL_SEED = 1
+HEADS = {"motor": "angle", "drive": "drive angle", "load": "load angle"}
+"""As `cabledrive experiment` calls them, and `identify` reads them."""
+
+
+def log_text(tracking: "Tracking", drive: Drive | None = None) -> str:
+    """The log as comma-separated values: time, torque, encoder angles, reference, load cell."""
+    shafts = [HEADS[shaft] for shaft in tracking.summary["encoders"]]
+    head = ["time [s]", "torque [N m]", *(f"{shaft} [rad]" for shaft in shafts), "reference [rad]"]
+    columns = [tracking.time, tracking.torque, *tracking.encoder_angles.T, tracking.reference]
+    noise = drive.sensors.load_cell_noise if drive is not None and drive.sensors else None
+    if drive is not None and noise is not None and tracking.tensions is not None:
+        from numpy.random import default_rng
+
+        from cabledrive.rig.virtual_rig import load_cell_force
+
+        generator = default_rng((tracking.summary["seed"], LOAD_CELL_SEED))
+        rim, pull = drive.drive_pulley.radius * tracking.speeds[:, -1], tracking.tensions.sum(axis=1)
+        head = [*head, "load cell force [N]"]
+        columns = [*columns, load_cell_force(drive, pull, rim, generator)]
+    return csv_text(head, columns)

@@ -16,6 +16,7 @@ from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:
     from cabledrive.rig import Tracking
+    from cabledrive.rig.setting import Payload
 
 METHOD = "exact geometry of two lines that only pull, symplectic steps, set-valued friction"
 OF_TRACK = ("controller", "least_tension", "gust", "bandwidth", "seed", "draws")
@@ -113,3 +114,23 @@ def _most(coordinate: str, values: list[float]) -> str:
     """The larger of two motions, in mm or deg."""
     scale, unit = (1e3, "mm") if coordinate.endswith((".x", ".y", "along")) else (180.0 / pi, "deg")
     return f"{scale * max(values):.2g} {unit}"
+
+
+def parse_payload(words: str) -> "Payload":
+    """A load from a time on, such as ``3:0.7 s``; without a time from the beginning."""
+    from cabledrive.rig.setting import Payload
+
+    factor, colon, start = words.partition(":")
+    return Payload(factor=to_si(factor, "1"), start=to_si(start, "s") if colon else 0.0)
+
+
+def parse_payload_range(words: str | None) -> tuple[float, float]:
+    """Least and largest load of a design, such as ``0.5:3``; None: that by default."""
+    from cabledrive.rig.setting import PAYLOAD_RANGE
+
+    if words is None:
+        return PAYLOAD_RANGE
+    low, colon, high = words.partition(":")
+    if not colon:
+        raise InputRefused(f'payload range "{words[:60]}" is not LOW:HIGH: write 0.5:3')
+    return to_si(low, "1"), to_si(high, "1")

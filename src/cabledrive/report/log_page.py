@@ -11,11 +11,11 @@ import numpy as np
 from cabledrive.answers.figures import number
 from cabledrive.answers.runs import PARAMETERS
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
-from cabledrive.identification.axis.check import regressor_curves
+from cabledrive.identification.axis.equation import direction_of
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.signals import response_by_segments
+from cabledrive.identification.signals import causal_filter, difference, ideal_low_pass, response_by_segments
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
@@ -148,3 +148,35 @@ def _regressors_plot(log: Log, torque: str, curves: tuple[Array, Array, Array]) 
         caption="Filtered: causal, 20 Hz. The modelling error is "
         f"{number(100 * share, 3)} % of the torque, {END:g} s at both ends left out.",
     )
+
+
+FILTER = 20.0
+"""Natural frequency of the causal filter [Hz], as section 4.2.1 has it; damping 1."""
+IDEAL = 50.0
+"""Cutoff of the ideal low-pass for speed and acceleration [Hz], as section 4.2.1 has it."""
+RESTING = 0.02
+"""Share of the speed's size below which an axis counts as at rest."""
+
+
+def regressor_curves(log: Log, found: Identification, options: AxisOptions) -> tuple[Array, Array, Array]:
+    r"""Acceleration, speed and friction regressor of an identified axis, and its modelling error (4.9).
+
+    The regressors by differences and the ideal low-pass, and through the causal filter (4.1), each
+    (3, samples); the error :math:`[\ddot\theta,\ \dot\theta,\ S(\dot\theta),\ -1]\,P - \tau`, (samples,).
+    """
+    kind = found.model.removeprefix("rigid-axis-")
+    if kind not in ("coulomb", "tanh") or not found.identifiable:
+        raise InputRefused(f"{found.model}: curves are drawn of identified axes with one Coulomb friction")
+    torque, position = (log.channel(name) for name in channels_of(log))
+    interval = log.interval
+    cutoff, natural = min(IDEAL, 0.2 / interval), min(FILTER, 0.1 / interval)
+    speed = ideal_low_pass(difference(position, interval), interval, cutoff)
+    acceleration = ideal_low_pass(difference(difference(position, interval), interval), interval, cutoff)
+    if kind == "tanh":
+        friction = np.tanh(options.friction.slope * speed)
+    else:
+        friction = direction_of(speed, RESTING * float(np.sqrt(np.mean(speed**2))))
+    unfiltered = np.array([acceleration, speed, friction])
+    _, slow, slower = causal_filter(position, interval, natural)
+    filtered = np.array([slower, slow, causal_filter(friction, interval, natural)[0]])
+    return unfiltered, filtered, found.values[:3] @ unfiltered - found.values[3] - torque

@@ -317,22 +317,6 @@ def parse_encoder_dropout(words: str | None) -> tuple[str, float, float] | None:
     return parts[0], start, end
 
 
-def parse_payload(words: str) -> Payload:
-    """A load from a time on, such as ``3:0.7 s``; without a time from the beginning."""
-    factor, colon, start = words.partition(":")
-    return Payload(factor=to_si(factor, "1"), start=to_si(start, "s") if colon else 0.0)
-
-
-def parse_payload_range(words: str | None) -> tuple[float, float]:
-    """Least and largest load of a design, such as ``0.5:3``; None: that by default."""
-    if words is None:
-        return PAYLOAD_RANGE
-    low, colon, high = words.partition(":")
-    if not colon:
-        raise InputRefused(f'payload range "{words[:60]}" is not LOW:HIGH: write 0.5:3')
-    return to_si(low, "1"), to_si(high, "1")
-
-
 def random_from(seed: int) -> np.random.Generator:
     """A generator for phases, noise and draws; refused if the seed is negative."""
     if seed < 0:

@@ -1,6 +1,5 @@
 """What a run of the rig was, in numbers, words and a quick picture."""
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +9,6 @@ from cabledrive.answers.figures import shown
 from cabledrive.answers.result import Result
 from cabledrive.answers.runs import TRACKING, WINCHES
 from cabledrive.control.numbers import ESTIMATES, HIGH, LOW
-from cabledrive.identification.logs.log import Log
-from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.rig import run_facts as facts
@@ -21,7 +18,6 @@ from cabledrive.rig.closed_loop.loop import Loop, Run
 from cabledrive.rig.laws.controllers import Controller
 from cabledrive.rig.laws.registry import NO_FILTER, pole_words
 from cabledrive.rig.setting import DEGREE
-from cabledrive.rig.virtual_rig import load_cell_force
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -211,35 +207,3 @@ def within(estimates: Array, made: Controller) -> bool | None:
         return None
     low, high = made.law.learning[LOW], made.law.learning[HIGH]
     return bool(np.all((estimates >= low) & (estimates <= high)))
-
-
-def log_csv(log: Log) -> str:
-    """The log as comma-separated values, header such as ``time [s],torque [N m],angle [rad]``."""
-    heads = ["time [s]", *(f"{name.replace('_', ' ')} [{log.units[name]}]" for name in log.channels)]
-    return csv_text(heads, [log.time, *log.channels.values()])
-
-
-def csv_text(heads: Sequence[str], columns: Sequence[Array]) -> str:
-    """Columns as comma-separated values of ten digits; ``heads``: with units; ``columns``, shape (rows,)."""
-    table = np.column_stack(columns) + 0.0  # no negative zeros
-    lines = [",".join(f"{value:.10g}" for value in row) for row in table]
-    return "\n".join([",".join(heads), *lines]) + "\n"
-
-
-LOAD_CELL_SEED = 1
-HEADS = {"motor": "angle", "drive": "drive angle", "load": "load angle"}
-"""As `cabledrive experiment` calls them, and `identify` reads them."""
-
-
-def log_text(tracking: Tracking, drive: Drive | None = None) -> str:
-    """The log as comma-separated values: time, torque, encoder angles, reference, load cell."""
-    shafts = [HEADS[shaft] for shaft in tracking.summary["encoders"]]
-    head = ["time [s]", "torque [N m]", *(f"{shaft} [rad]" for shaft in shafts), "reference [rad]"]
-    columns = [tracking.time, tracking.torque, *tracking.encoder_angles.T, tracking.reference]
-    noise = drive.sensors.load_cell_noise if drive is not None and drive.sensors else None
-    if drive is not None and noise is not None and tracking.tensions is not None:
-        generator = np.random.default_rng((tracking.summary["seed"], LOAD_CELL_SEED))
-        rim, pull = drive.drive_pulley.radius * tracking.speeds[:, -1], tracking.tensions.sum(axis=1)
-        head = [*head, "load cell force [N]"]
-        columns = [*columns, load_cell_force(drive, pull, rim, generator)]
-    return csv_text(head, columns)

@@ -23,7 +23,6 @@ from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys, two_pulleys
 from cabledrive.reduction.autoparametric import (
     AutoparametricModel,
-    at_pretension,
     autoparametric_model,
     split_tunings,
 )
@@ -303,31 +302,6 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
     pretensions = (_pretension(drive, safe, raised) for raised in (True, False))
     loads = (_at_load(drive, model, safe, key) for key in ("inertia", "viscous_friction"))
     return (*pretensions, *loads, _torque(model))
-
-
-def sensitivity(drive: Drive, torque: float, load_torque: float = 0.0) -> dict[str, float]:
-    """How detuning [Hz] and threshold go with pretension, inertia and damping, under a torque [N m].
-
-    Of the threshold the relative change per 1/s of Gamma, and per N m s/rad of friction at the load pulley.
-    """
-    model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
-    mode = instability_margin(model, torque).mode
-    step = 1e-4 * model.pretension
-    above, below = (at_pretension(model, model.pretension + sign * step) for sign in (1, -1))
-    slope = float((above.transverse[mode] - below.transverse[mode]) / (2 * step))
-
-    def relative_slope(name: str) -> float:
-        changed = [replace(model, **{name: getattr(model, name) + more}) for more in (0.0, 1e-3)]
-        low, high = (float(threshold_torque(one)) for one in changed)
-        return (high - low) / (1e-3 * high) if np.isfinite(high) and high > 0.0 else 0.0
-
-    per_friction = _damping_per_friction(drive, model)
-    return {
-        "detuning_hz_per_pretension": slope / (2 * pi),
-        "detuning_hz_per_inertia": model.natural * per_friction / 4 / (2 * pi),
-        "threshold_per_transverse_damping": relative_slope("transverse_damping"),
-        "threshold_per_friction": relative_slope("modal_damping") * per_friction,
-    }
 
 
 def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:

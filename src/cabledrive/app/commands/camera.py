@@ -7,7 +7,7 @@ import click
 from cabledrive.answers.keys import Keys
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.options import argument, force_option, opt, subcommand
-from cabledrive.app.results import Answer, NewFile, provenance
+from cabledrive.app.results import Answer, NewFile, log_csv, provenance
 from cabledrive.parameters import InputRefused
 
 CLIP = Keys("text: log count: frames rows number: frame_rate_hz scale map: channels=text texts: findings")
@@ -27,7 +27,6 @@ def command(
     """Follow a white marker through VIDEO, or a folder of pictures, and write a log that `identify` reads."""
     from cabledrive.identification.camera_frames import open_clip
     from cabledrive.identification.camera_marker import marker_log, scale_from, track_marker
-    from cabledrive.rig.tracking import log_csv
 
     if scale is not None:
         refuse_given("known_length", "known_pixels", why="has no effect beside --scale: give one of the two")

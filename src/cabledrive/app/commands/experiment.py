@@ -6,7 +6,7 @@ import click
 
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.options import axis_argument, force_option, opt, subcommand
-from cabledrive.app.results import Answer, NewFile, provenance
+from cabledrive.app.results import Answer, NewFile, log_csv, provenance
 from cabledrive.parameters import Drive, InputRefused
 
 PEAKS = "peaks: {torque:.4g} N m, {speed:.4g} rad/s, stroke {stroke:.4g} rad"
@@ -31,7 +31,6 @@ def command(
     """Excite the virtual rig of DRIVE and write what its instruments say, in the form `identify` reads."""
     from cabledrive.rig.experiment import experiment, load_excitation
     from cabledrive.rig.run_facts import motor_words
-    from cabledrive.rig.tracking import log_csv
 
     if plan:
         refuse_given("output", why="writes nothing with --plan, which runs nothing: leave one of them out")

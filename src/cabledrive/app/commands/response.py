@@ -1,6 +1,6 @@
 """`cabledrive response`: a frequency response from a log, or of a machine."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -10,6 +10,10 @@ from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
 from cabledrive.parameters.route.two_pulleys import as_machine
+
+if TYPE_CHECKING:
+    from cabledrive.identification.signals import FrequencyResponse
+    from cabledrive.parameters.arrays import Array
 
 LOG, DRIVE, LOG_OR_DRIVE = ("log",), ("drive",), ("log", "drive")
 
@@ -42,7 +46,7 @@ def command(
     computed, --input and --response are then coordinates such as "drive pulley", "motor" and head.x.
     """
     from cabledrive.identification.axis.answer import IdentifyOptions
-    from cabledrive.identification.log_response import coherence_words, read_pair, response
+    from cabledrive.identification.log_response import read_pair, response
     from cabledrive.identification.one_log import load_options
 
     if is_machine(log):
@@ -176,3 +180,30 @@ def response_of_machine(
     text = f"{drive.name}: {what} of {motion_of} per force on {force_on}, {LINES} lines up to {top:.4g} Hz"
     text += "".join(f"\nwarning: {words}" for words in data["warnings"])
     return Answer(data=data, text=text, provenance=provenance(stated, method="exact waves on every span"))
+
+
+LOW = 0.8
+"""Coherence below which a response is mostly not that of its input."""
+TAIL = 0.025
+"""Share of the input's power on either side of the band in which it is judged."""
+
+
+def coherence_words(found: "FrequencyResponse", input_: "Array", interval: float) -> tuple[str, list[str]]:
+    """The coherence in the band that the input drives, and a warning where it is low."""
+    power = np.abs(np.fft.rfft((input_ - input_.mean()) * np.hanning(input_.size))) ** 2
+    total = np.cumsum(power)
+    ends = np.searchsorted(total, [TAIL * total[-1], (1.0 - TAIL) * total[-1]])
+    low, high = np.fft.rfftfreq(input_.size, interval)[np.minimum(ends, power.size - 1)]
+    inside = (found.frequency >= low) & (found.frequency <= high)
+    if not inside.any():
+        distance = np.abs(found.frequency - 0.5 * (low + high))
+        inside = distance == distance.min()
+    values = found.coherence[inside]
+    middle, worst = float(np.median(values)), int(np.argmin(values))
+    words = f"coherence {middle:.2f} (median, {low:.3g} to {high:.3g} Hz, where the input has its power), "
+    words += f"lowest {values[worst]:.2f} at {found.frequency[inside][worst]:.4g} Hz"
+    if middle >= LOW:
+        return words, []
+    warning = f"coherence {middle:.2f} is below {LOW:g}: most of the output is noise, not linear, "
+    warning += "or not of this input; check the columns, excite more strongly"
+    return f"{words}\nwarning: {warning}", [warning]

@@ -16,8 +16,8 @@ from cabledrive.app.options import (
     saves_answer,
     subcommand,
 )
-from cabledrive.app.results import Answer, NewFile
-from cabledrive.app.tracked import answer_of_run, two_motor_answer
+from cabledrive.app.results import Answer, NewFile, log_text
+from cabledrive.app.tracked import answer_of_run, parse_payload, parse_payload_range, two_motor_answer
 from cabledrive.parameters import load_drive
 
 OF_THE_RIG = (
@@ -126,10 +126,7 @@ def command(
     from cabledrive.rig.setting import (
         parse_disturbance,
         parse_encoder_dropout,
-        parse_payload,
-        parse_payload_range,
     )
-    from cabledrive.rig.tracking import log_text
 
     if is_winched(drive):
         return two_motor_answer(drive, plant_settings, spec)

@@ -8,15 +8,14 @@ import numpy as np
 from scipy import signal
 
 from cabledrive.answers.keys import Keys
-from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of
-from cabledrive.identification.axis.equation import direction_of
+from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of
 from cabledrive.identification.axis.faults import DELAY, FAULTS, Evidence, evidence_by_innovations
 from cabledrive.identification.axis.observer import NotReproduced, Prediction, observed, period_of
 from cabledrive.identification.axis.simulated import case_of
 from cabledrive.identification.axis.timing import timing_of
 from cabledrive.identification.estimates import Identification
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.signals import causal_filter, difference, ideal_low_pass, rms, zero_phase
+from cabledrive.identification.signals import difference, rms, zero_phase
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array, Complex
 
@@ -49,12 +48,6 @@ ROUNDED, COUNTS = 0.1, 0.5
 LOWEST, LONGEST_SEGMENT = 0.3, 8.0
 """[Hz], and of the records whose spectra are averaged [s]."""
 MODEL = "rigid-axis-coulomb"
-FILTER = 20.0
-"""Natural frequency of the causal filter [Hz], as section 4.2.1 has it; damping 1."""
-IDEAL = 50.0
-"""Cutoff of the ideal low-pass for speed and acceleration [Hz], as section 4.2.1 has it."""
-RESTING = 0.02
-"""Share of the speed's size below which an axis counts as at rest."""
 
 
 def checked_by_innovations(axis: Axis, answer: Identification) -> Identification:
@@ -246,27 +239,3 @@ def against(found: Identification, alone: Identification, other: Log, options: A
         "closed_loop": closed_loop,
         "cross_test": cross,
     }
-
-
-def regressor_curves(log: Log, found: Identification, options: AxisOptions) -> tuple[Array, Array, Array]:
-    r"""Acceleration, speed and friction regressor of an identified axis, and its modelling error (4.9).
-
-    The regressors by differences and the ideal low-pass, and through the causal filter (4.1), each
-    (3, samples); the error :math:`[\ddot\theta,\ \dot\theta,\ S(\dot\theta),\ -1]\,P - \tau`, (samples,).
-    """
-    kind = found.model.removeprefix("rigid-axis-")
-    if kind not in ("coulomb", "tanh") or not found.identifiable:
-        raise InputRefused(f"{found.model}: curves are drawn of identified axes with one Coulomb friction")
-    torque, position = (log.channel(name) for name in channels_of(log))
-    interval = log.interval
-    cutoff, natural = min(IDEAL, 0.2 / interval), min(FILTER, 0.1 / interval)
-    speed = ideal_low_pass(difference(position, interval), interval, cutoff)
-    acceleration = ideal_low_pass(difference(difference(position, interval), interval), interval, cutoff)
-    if kind == "tanh":
-        friction = np.tanh(options.friction.slope * speed)
-    else:
-        friction = direction_of(speed, RESTING * float(np.sqrt(np.mean(speed**2))))
-    unfiltered = np.array([acceleration, speed, friction])
-    _, slow, slower = causal_filter(position, interval, natural)
-    filtered = np.array([slower, slow, causal_filter(friction, interval, natural)[0]])
-    return unfiltered, filtered, found.values[:3] @ unfiltered - found.values[3] - torque
