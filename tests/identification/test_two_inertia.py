@@ -319,7 +319,6 @@ def test_a_servo_in_short_moves_gives_no_wrong_value_in_silence(seed, measured):
     }
     measured(", ".join(f"{name} {value:+.2f}" for name, value in off.items()))
     assert not any("times per turn" in note for note in found.notes)
-    assert "negative" not in found.codes
     assert max(map(abs, off.values())) < 1.3
 
 

@@ -275,7 +275,7 @@ def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identifica
         one = Estimate.of(value, channels.unit_of(name), error, half)
         if name in closed:
             one = Estimate.unknown(one.unit, UNKNOWN)
-        elif name in ("damping", *FRICTIONS) and value < 0.0 < one.high:
+        elif name in FRICTIONS and value < 0.0 < one.high:
             one = replace(one, value=0.0, low=0.0)
         elif name != "offset" and value < 0.0:
             words = f"{readable(name)} is identified as negative: check signs and units"

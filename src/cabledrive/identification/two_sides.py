@@ -40,8 +40,6 @@ BANDS = (6.7, 10.0, 15.0, 22.0, 33.0, 50.0, 75.0, 110.0)
 SUM = ("motor_inertia", "load_inertia", "viscous", "coulomb", "offset", "lag")
 LOAD = ("beta", "gamma", "viscous", "coulomb", "zero")
 SIGN_BANDS = 2.5
-NEIGHBOURS = 2
-"""Steps from a bandwidth to the farthest with which it is compared."""
 SLOW = 0.5
 """Speed below which friction's sign is not trusted [rad/s]."""
 SEGMENTS = 120
@@ -159,6 +157,7 @@ class Solution:
     kept: float  # share of the samples that is used
     band: float  # [Hz]
     equation: Equation | None = None
+    heard: bool = False  # whether a feedback loop hears the noise: two bandwidths on are compared too
 
     @property
     def halves(self) -> Array:
@@ -265,8 +264,10 @@ def _narrowest(
         found += [] if one is None else [one]
     if not found:
         raise refused
-    for i, k in ((i, k) for i, k in combinations(range(len(found)), 2) if k - i <= NEIGHBOURS):
+    for i, k in combinations(range(len(found)), 2):
         one, other = found[i], found[k]
+        if k - i > (2 if one.heard else 1):
+            continue
         by_chance = np.abs(one.fit.half_width() ** 2 - other.fit.half_width() ** 2)
         apart = np.sqrt(np.maximum((one.fit.values - other.fit.values) ** 2 - by_chance, 0.0))
         found[i] = replace(one, beyond=np.maximum(one.beyond, apart))
@@ -316,8 +317,9 @@ def _solved(
     beyond += np.abs(inverse) @ noise[p, :p] * fit.residual
     fit = replace(fit, values=values, covariance=covariance * np.outer(grown, grown))
     shares = [count / one.torque.size for count, one in zip(samples, sides, strict=True)]
+    heard = bool(noise[p, :p].any())
     kept = float(np.average(shares, weights=[part.rows for part in parts]))
-    return Solution(fit=fit, beyond=beyond, sizes=sizes, kept=kept, band=band, equation=equation)
+    return Solution(fit=fit, beyond=beyond, sizes=sizes, kept=kept, band=band, equation=equation, heard=heard)
 
 
 def _sum_columns(one: TwoSides, band: float, load: Solution | None) -> tuple[tuple[Array, ...], Array, Array]:
