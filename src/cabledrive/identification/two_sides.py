@@ -56,7 +56,7 @@ MOST_PERIODS, BINS = 240, 1024
 """Periods per turn up to which a torque that repeats with the angle is looked for; parts of a turn."""
 LEAST_TURNS, SOME_PERIODS, MANY_PERIODS = 0.5, 4.0, 12.0
 """Turns that the motor must make, and periods that it must pass through in a whole turn, and in less."""
-REPEATS, REPEATS_SURE = 0.8, 8.0
+REPEATS, REPEATS_SURE = 0.8, 15.0
 """Share of the residual's power below which it has to fall by it, and its least size over its error."""
 
 
