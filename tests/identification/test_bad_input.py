@@ -15,7 +15,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.rig.experiment import load_excitation
 from cabledrive.rig.virtual_rig import run_rig
 from cabledrive.studies.study.goals import load_goals
-from command import call, object_of, refusal, run, the_line
+from command import answer, call, object_of, refusal, run, the_line
 
 ROWS, INTERVAL = 12_000, 1e-3
 TIME = INTERVAL * np.arange(ROWS)
@@ -215,3 +215,29 @@ def test_a_small_file_that_cannot_be_read_is_refused_in_words(reader, tmp_path):
             reader(tmp_path / name)
         assert words in str(refusal.value), name
         assert "Errno" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(("factor", "step"), [(1e3, "1 s"), (1e6, "1000 s")])
+def test_a_time_in_another_unit_is_refused_and_the_named_unit_is_taken(tmp_path, sound, factor, step):
+    rows = np.column_stack([factor * TIME, *sound])
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="time,torque,angle", comments="")
+    said = refusal("identify", tmp_path / "log.csv")
+    assert f"median step {step} is of no servo log" in said
+    assert '--column "time=time:ms"' in said
+    unit = {1e3: "ms", 1e6: "us"}[factor]
+    found = answer("identify", tmp_path / "log.csv", "--column", f"time=time:{unit}")
+    assert found["data"][0]["interval"] == pytest.approx(TIME[1])
+
+
+def test_times_of_day_without_a_date_are_refused_with_what_to_write(tmp_path):
+    rows = "".join(f"12:00:{k // 100:02d}.{k % 100:02d}0,0.1,{k}\n" for k in range(300))
+    (tmp_path / "log.csv").write_text(f"time,torque [N m],angle [rad]\n{rows}")
+    assert "ISO 8601 with a date" in refusal("identify", tmp_path / "log.csv")
+
+
+def test_no_angle_is_proposed_as_a_torque(tmp_path):
+    rows = "".join(f"{k},{k % 7},{k}\n" for k in range(300))
+    (tmp_path / "log.csv").write_text(f"stamp,effort,angle actual\n{rows}")
+    said = refusal("identify", tmp_path / "log.csv")
+    assert "torque=COLUMN:N m" in said
+    assert "torque=angle" not in said

@@ -12,7 +12,7 @@ from cabledrive.identification import estimates, signals
 from cabledrive.identification.axis.answer import IdentifyOptions
 from cabledrive.identification.axis.axis import LAG, AxisOptions, _without_lag, axis_of, stacked
 from cabledrive.identification.axis.observer import CORNER, CORNER_DOUBT, between_samples
-from cabledrive.identification.axis.timing import given_timing
+from cabledrive.identification.axis.timing import TorqueTiming, given_timing
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.one_log import identify
 from cabledrive.identification.planning import low_crest_multisine, multisine_lines, sum_of_sines
@@ -421,3 +421,20 @@ def test_an_arm_under_its_weight_gets_no_intervals_and_one_that_is_level_gets_ri
         else:
             inertia = found.parameters["inertia"]
             assert inertia.low <= 2e-3 <= inertia.high
+
+
+def test_a_delay_counts_only_beyond_several_of_its_errors():
+    late = TorqueTiming(interval=1e-4, shift=7.4e-4, error=3.2e-4)
+    assert late.customary
+    assert "corrected" in late.words
+    assert not replace(late, error=1e-4).customary
+    assert not TorqueTiming(interval=1e-3, shift=-2e-3, error=1e-5).customary
+
+
+def test_a_residual_beyond_its_bound_takes_the_intervals(log, monkeypatch):
+    sound = identify(log)
+    assert "residual" not in sound.codes
+    monkeypatch.setattr("cabledrive.identification.axis.answer.MOST_LEFT", 0.9 * sound.residual["relative"])
+    found = identify(log)
+    assert "residual" in found.codes
+    assert not any(np.isfinite(one.low) for one in found.parameters.values())

@@ -177,7 +177,7 @@ BAD = {
     "a line of 20 MB": (b"1," * 10_000_000, "is longer than 131072 bytes"),
     "a later line of 20 MB": (text().encode() + b"7" * 20_000_000, "is longer than 131072 bytes"),
     "UTF-16 that ends within a character": (text().encode("utf-16")[:-1], "damaged"),
-    "heads in other words": (text("Zeit,Moment,Winkel"), '--column "torque=Winkel:N m"'),
+    "heads in other words": (text("Zeit,Moment,Winkel"), '--column "torque=Moment:N m"'),
 }
 
 

@@ -454,3 +454,11 @@ def test_the_door_plans_an_experiment_without_running_it(tmp_path):
     assert 0.0 < found["relative_standard_error"]["joint_stiffness"] < 0.05
     assert set(found["peaks"]) == {"torque", "speed", "stroke"}
     assert [path.name for path in tmp_path.iterdir()] == ["e.toml"]
+
+
+def test_a_segment_of_few_samples_is_to_be_lengthened():
+    u = np.random.default_rng(0).normal(size=4000)
+    with pytest.raises(InputRefused, match=r"holds 5 samples, 8 are the least: lengthen it to 0.008 s"):
+        signals.response_by_segments(u, u, 1e-3, (0.005, 0.001))
+    with pytest.raises(InputRefused, match="shorten it"):
+        signals.response_by_segments(u, u, 1e-3, (3.0, 0.2))

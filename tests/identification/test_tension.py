@@ -11,10 +11,12 @@ from scipy.optimize import brentq
 import cabledrive as cd
 from cabledrive.identification.logs.log import log_of
 from cabledrive.identification.signals import zero_phase
+from cabledrive.identification.tension import strings
 from cabledrive.identification.tension.both import tension_of_both, tensions_from_load_cell
 from cabledrive.identification.tension.family_fit import family_tension
 from cabledrive.identification.tension.strings import compared, string_of, tension_from_ping
 from cabledrive.identification.tension.tones import Tones, fit_tones
+from cabledrive.parameters import NotComputed
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from command import answer, refusal
@@ -590,3 +592,57 @@ def test_the_command_names_spans_and_refuses_in_one_line(tmp_path):
     found = answer("identify", files[0], files[2], *asked)
     assert found["comparison"]["relative"] == pytest.approx(4.0 / 28.0, rel=1e-3)
     assert 'mean "upper"' in refusal("identify", files[0], "--ping", "elevator", "--span", "uper")
+
+
+def tones(*rows, seconds=2.0, rate=16_000.0, floor=0.0):
+    """Decaying tones (frequency, amplitude, decay) from 0.1 s on, as a log."""
+    time = np.arange(round(seconds * rate)) / rate
+    on = np.maximum(time - 0.1, 0.0)
+    made = sum(a * np.exp(-d * on) * np.sin(2 * np.pi * f * on) for f, a, d in rows)
+    noise = floor * np.random.default_rng(1).normal(size=time.size)
+    return log_of(time, {"sound": made + noise}, {"sound": "full scale"})
+
+
+@pytest.mark.parametrize("hertz", [120.0, 180.0, 250.0, 330.0])
+def test_one_tone_on_a_silent_floor_is_a_knock(hertz):
+    with pytest.raises(NotComputed, match=r"no string|no tone"):
+        tension_from_ping(tones((hertz, 1.0, 25.0)), cd.load_drive("dissertation-3"), span="upper")
+
+
+def test_a_common_divisor_of_the_partials_is_that_of_their_numbers():
+    made = [
+        Tones(
+            family=np.zeros(2, int),
+            tooth=np.ones(2),
+            number=np.array(n),
+            scale=np.ones(1),
+            decay=np.ones(2),
+            rise=np.zeros(2),
+        )
+        for n in ((2, 4), (2, 3))
+    ]
+    assert [strings._common(SimpleNamespace(tones=one)) for one in made] == [2, 1]
+
+
+def test_partials_2_4_and_6_are_no_octave_below_in_silence():
+    """Two planes of a string, whose pairs beat: a weak tone between makes a lower family look complete."""
+    drive = cd.load_drive("dissertation-3")
+    first = string_of(drive, "upper").modes[0]
+    rows = [(n * first * k, 1.0 / n, 3.0) for n in (1, 2, 3) for k in (1.0, 1.004)]
+    found = tension_from_ping(tones(*rows, floor=1e-3), drive, span="upper").spans["upper"]
+    assert found.tension.value == pytest.approx(string_of(drive, "upper").known, rel=0.02) or found.findings
+
+
+def test_a_tension_far_from_that_of_the_file_is_noted():
+    drive = cd.load_drive("dissertation-3")
+    rows = [(n * string_of(drive, "upper").modes[0] * 2.5**0.5, 1.0 / n, 3.0) for n in (1, 2, 3, 4)]
+    found = tension_from_ping(tones(*rows, floor=1e-3), drive, span="upper")
+    assert found.spans["upper"].findings == ()
+    assert "is it another octave?" in found.report.findings[-1]
+
+
+def test_a_sound_with_samples_that_are_no_numbers_is_refused(tmp_path):
+    values = np.full(8000, np.nan, dtype=np.float32)
+    wavfile.write(tmp_path / "ping.wav", 8000, values)
+    said = refusal("identify", tmp_path / "ping.wav", "--ping", "dissertation-3")
+    assert "8000 samples are no numbers" in said

@@ -16,7 +16,7 @@ from cabledrive.identification.one_log import IdentifyOptions, identify
 from cabledrive.parameters import InputRefused
 from command import answer
 from true_plants import NAMES as PLANT
-from true_plants import STEP, Truth, shaken
+from true_plants import STEP, Truth, one_step, shaken
 
 UNITS = {"torque": "N m", "voltage": "V", "velocity": "rad/s", "load_velocity": "rad/s", "angle": "rad"}
 KEYS = {
@@ -32,6 +32,9 @@ KEYS = {
 ARM = {"j1": 5e-5, "j3": 8e-5, "b1": 2e-4, "b3": 1e-4, "c1": 6e-3, "c3": 2e-3, "kc": 2.0, "bc": 4e-3}
 HEAVY = {"j1": 2e-3, "j3": 3e-3, "b1": 2e-3, "b3": 3e-3, "c1": 0.02, "c3": 0.01, "kc": 8.0, "bc": 0.01}
 TRUE = {name: HEAVY[key] for name, key in KEYS.items()} | {"offset": 0.005}
+
+
+SMOOTH = signal.butter(4, 30.0, fs=1e3, output="sos")
 
 
 def truth_with(values):
@@ -282,3 +285,64 @@ def test_derivatives_by_every_parameter_and_sensor_are_those_of_small_changes(re
         apart = np.abs((ends[0] - ends[1]) / 2e-5 - slopes[:, i]) / np.abs(slopes[:, i]).max()
         # 5 %: where a sensor begins to see; the lag's own are those of speeds that are lines between steps
         assert np.quantile(apart, 0.95) < (3e-4 if parts[i][0] == "lag" else 1e-6)
+
+
+def servo_log(seed):
+    """An arm that a servo with coarse encoders moves back and forth by a fifth of a turn, and its numbers."""
+    g, h, counts = np.random.default_rng(seed), 1e-3, 2 * pi / 4000
+    truth = truth_with(HEAVY | {"kc": 1.2e-3 * (2 * pi * g.uniform(12.0, 20.0)) ** 2, "bc": 0.004})
+    place = np.abs((np.arange(15_000) * h / 0.7) % 2.0 - 1.0)
+    moves = 1.3 * place**3 * (10.0 - 15.0 * place + 6.0 * place**2)
+    wish, x, rows, before, slope = 2 * pi * 6.0, np.zeros(8), [], 0.0, 0.0
+    for at, after in zip(moves - moves[0], np.append(moves[1:], moves[-1]) - moves[0], strict=True):
+        read = counts * np.floor(x[0] / counts + 0.5)
+        slope, before = slope + 0.3 * ((read - before) / h - slope), read
+        torque = 5e-3 * (wish**2 * (at - read) + 1.6 * wish * ((after - at) / h - slope))
+        rows.append((torque, counts * np.floor(x[0] / counts), counts * np.floor(x[2] / counts + 0.6)))
+        for _ in range(20):
+            one_step(truth.values, x, torque, h / 20)
+    channels = dict(zip(("torque", "angle", "load_angle"), np.array(rows).T, strict=True))
+    units = {"torque": "N m", "angle": "rad", "load_angle": "rad"}
+    time = h * np.arange(len(rows))
+    return log_of(time, channels, units), {name: truth[key] for name, key in KEYS.items()}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_servo_in_short_moves_gives_no_wrong_value_in_silence(seed, measured):
+    """Its torque hears the encoder's noise; no torque of the position is made up of a fifth of a turn."""
+    recorded, truth = servo_log(seed)
+    found = identify(recorded, model="two-inertia")
+    off = {
+        name: (one.value - truth[name]) / (0.5 * (one.high - one.low))
+        for name, one in found.parameters.items()
+        if name in truth and np.isfinite(one.low)
+    }
+    measured(", ".join(f"{name} {value:+.2f}" for name, value in off.items()))
+    assert not any("times per turn" in note for note in found.notes)
+    assert max(map(abs, off.values())) < 1.3
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, ""),
+        ({"gap": 0.02}, "the model lacks backlash"),
+        ({"stribeck": 6e-3, "stribeck_speed": 1.0}, "friction of the motor that is larger at low speed"),
+        ({"delay": 4}, "the motion follows the torque 4."),
+    ],
+)
+def test_what_the_model_lacks_is_said_and_no_interval_is_given(changes, words):
+    gap, delay = changes.get("gap", 0.0), changes.get("delay", 0)
+    friction = {name: value for name, value in changes.items() if name.startswith("stribeck")}
+    recorded, _ = arm_log(1, 15.0, 0.1, 20.0, **friction)
+    pull = np.gradient(np.gradient(signal.sosfiltfilt(SMOOTH, recorded.channel("load_angle"))))
+    angle = recorded.channel("angle") + 0.5 * gap * np.sign(pull)
+    recorded = recorded.having("angle", angle).having("torque", np.roll(recorded.channel("torque"), -delay))
+    found = identify(recorded, model="two-inertia")
+    assert found.check_reason.endswith("a torque of the position over few periods")
+    if not words:
+        assert found.findings == ()
+        return
+    (finding,) = found.findings
+    assert words in finding, finding
+    assert found.refused == (finding.code == "model-misfit")

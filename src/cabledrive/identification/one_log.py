@@ -25,6 +25,8 @@ from cabledrive.parameters.toml_values import flag_of, quantity_of, read_toml, t
 
 SEGMENTS_PER_BLOCK = 20
 MOST_FACTORS = 960
+NO_SERVO = 0.5
+"""Interval from which a log is refused: its time has another unit [s]."""
 
 
 def is_long(recording: Recording) -> bool:
@@ -237,6 +239,11 @@ def identify(
             found = found.noting(model_check=NOT_MADE["long"], own_error=own_error)
             return replace(found, check_reason=NOT_MADE["long"])
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
+    for log in (log for log in read if log.interval >= NO_SERVO):
+        said = (
+            f"{log.source}: median step {log.interval:.4g} s is of no servo log, {NO_SERVO:g} s is too long"
+        )
+        raise InputRefused(f'{said}: head it "time [ms]", or name the unit, as --column "time=time:ms"')
     # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.
     with threadpool_limits(limits=1, user_api="blas"):
         if options.model == TWO_INERTIA:

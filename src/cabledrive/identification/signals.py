@@ -227,7 +227,10 @@ def response_by_segments(
     length = round(segment / interval)
     hop = max(1, length - round(overlap / interval))
     starts = np.arange(0, input_.size - length + 1, hop)
-    if length < 8 or starts.size < 2:
+    if length < 8:
+        said = f"segment = {segment:.4g} s holds {length} samples, 8 are the least"
+        raise InputRefused(f"{said}: lengthen it to {8 * interval:.4g} s or more")
+    if starts.size < 2:
         raise InputRefused(
             f"{input_.size * interval:.4g} s hold {starts.size} windows of {segment:.4g} s: shorten it"
         )

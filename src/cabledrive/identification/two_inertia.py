@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.identification import chain_fit, estimates
+from cabledrive.identification import chain_fit, estimates, two_sides
+from cabledrive.identification.axis.timing import CUSTOMARY
 from cabledrive.identification.chain_fit import ChainModel, FreeParameter, Record
 from cabledrive.identification.estimates import Estimate, Finding, Identification, readable
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.rope_friction import without_slip
-from cabledrive.identification.signals import difference
+from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.identification.two_sides import LOAD, SUM, Solution, TwoSides, load_equation, sum_equation
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -49,6 +50,9 @@ GEAR = 1.3
 """Turns of the motor over those of the load from which a gear lies between: a spring makes them fewer."""
 EXCITED = 0.99
 """Share of the input's power below the frequency to which a log is said to excite."""
+LACKING, LACKING_SURE, FADING = 0.85, 8.0, 4.0
+"""Share of a residual's power that effects leave, and size of one over its error, with which the model lacks
+it; speed at which an excess of friction has fallen to 1/e, over that below which a sign is not trusted."""
 SEED = 0  # of the starts
 UNKNOWN = "not identifiable from the log"
 
@@ -255,6 +259,14 @@ def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identifica
         what = "torque" if explained[0] < FOLLOWS else "load's acceleration"
         words = f"the model explains {min(explained):.3g} % of the {what}, less than {FOLLOWS:g} %"
         findings.append(Finding("model-misfit", f"{words}: no intervals are given"))
+    elif slip is None and (missing := _lacking(sides, torque, load)):
+        follows, words = False, " and ".join(missing)
+        findings.append(Finding("model-misfit", f"the model lacks {words}: no intervals are given"))
+    late = max(abs(lag) - torque.of("lag")[1], 0.0) / max(one.interval for one in sides)
+    if late > CUSTOMARY:
+        way = "follows the torque" if lag > 0.0 else "is ahead of the torque by"
+        words = f"the motion {way} {1e3 * abs(lag):.3g} ms, more than {CUSTOMARY:g} intervals: a delay or lag"
+        findings.append(Finding("torque-timing", f"{words} of the drive, which the model lacks: shorten it"))
     closed = {name for k, name in enumerate(NEEDED) if not halves[k] < abs(values[k])}
     closed |= {"stiffness", "damping", *FRICTIONS} if load is None else set()
     closed |= {"inertia_motor", "inertia_load"} if estimates.unidentifiable_parameters(torque.fit) else set()
@@ -292,8 +304,30 @@ def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identifica
             *(() if sides[0].cogging is None else (sides[0].cogging.words,)),
             *channels.notes,
         ),
-        check_reason="shares explained, filters of other bandwidths",
+        check_reason="shares explained, other bandwidths, lag, backlash, friction at low speed; not checked: "
+        "small ones of these, a torque of the position over few periods",
     )
+
+
+def _lacking(sides: Sequence[TwoSides], torque: Solution, load: Solution | None) -> list[str]:
+    """What the residuals of both equations show that the model lacks."""
+    found = []
+    for side, solution in (("motor", torque), *((("load", load),) if load is not None else ())):
+        band, gap = solution.band, side == "load" and not any(one.rates for one in sides)
+        rest = solution.of("zero")[0] / solution.of("beta")[0] if gap else 0.0
+
+        def effects(one: TwoSides, side: str = side, band: float = band, rest: float = rest) -> Array:
+            """Friction that fades with speed, and the sign of the twist, as the load's equation has both."""
+            quick = one.quick(one.motor if side == "motor" else one.load, band)
+            fading = np.exp(-np.abs(quick) / (FADING * one.slow)) * np.sign(quick)
+            twist = zero_phase(one.near - one.load, one.interval, band) + rest
+            return np.array([fading]) if side == "motor" else -np.array([fading, np.sign(twist)])
+
+        share, values, covariance = two_sides.beside(sides, solution, effects)
+        sure = (values > LACKING_SURE * np.sqrt(np.diag(covariance))) & (share < LACKING)
+        words = f"friction of the {side} that is larger at low speed", "backlash"
+        found += [one for one, own, known in zip(words, sure, (True, gap), strict=False) if own and known]
+    return found
 
 
 def _answer(

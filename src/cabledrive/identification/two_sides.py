@@ -21,15 +21,16 @@ whole periods per turn, solved beside the parameters and taken off the torque of
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations
 from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, ndimage
+from scipy import linalg, ndimage, signal
 
-from cabledrive.identification.estimates import Factors, Fit, factor, joined, solve, suited_segments
+from cabledrive.identification.estimates import Factors, Fit, factor, joined, only, solve, suited_segments
 from cabledrive.identification.signals import difference, noise_spectrum, zero_phase
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -49,9 +50,13 @@ UNMODELLED = {SUM: 7e-4, LOAD: 2e-4}
 """Share of an equation's left side that may hide in one parameter: reversals within a filter's memory."""
 NOISE_ALONE = 0.2
 """Share of the weakest direction's power that must be more than noise."""
+HEARD = 256
+"""Samples of a part of the log by which it is found whether a feedback loop hears the encoders' noise."""
 MOST_PERIODS, BINS = 240, 1024
 """Periods per turn up to which a torque that repeats with the angle is looked for; parts of a turn."""
-REPEATS, REPEATS_SURE = 0.8, 8.0
+LEAST_TURNS, SOME_PERIODS, MANY_PERIODS = 0.5, 4.0, 12.0
+"""Turns that the motor must make, and periods that it must pass through in a whole turn, and in less."""
+REPEATS, REPEATS_SURE = 0.8, 15.0
 """Share of the residual's power below which it has to fall by it, and its least size over its error."""
 
 
@@ -97,6 +102,12 @@ class TwoSides:
     cogging: Cogging | None = None  # what of the torque repeats with the motor's angle
     slipped: Array | None = None  # what of the twist is a rope that has slipped on its pulley
 
+    @property
+    def near(self) -> Array:
+        """The spring's first end, without what has slipped, (samples,)."""
+        near = self.motor if self.pulley is None else self.pulley
+        return near if self.slipped is None else near - self.slipped
+
     def later(self, lag: float) -> "TwoSides":
         """With the torque of the instants at which the angles were read, so late behind it [s]."""
         samples = lag / self.interval
@@ -122,6 +133,19 @@ class TwoSides:
         passed = level / (1.0 + (f / band) ** 8) ** 2
         return np.array([np.trapezoid(passed * (2.0 * pi * f) ** k, f) for k in (0, 2, 4)])
 
+    def heard(self, values: Array) -> float:
+        """1 where a feedback loop puts a channel's noise into the torque, coherent above the motion."""
+        both, part = (np.diff(self.torque), np.diff(values)), min(HEARD, values.size // 8)
+        frequency, shared = signal.coherence(*both, 1.0 / self.interval, nperseg=part)
+        mean = float(np.mean(np.nan_to_num(shared[frequency > 0.25 / self.interval])))
+        return float(mean - part / values.size > 0.01)
+
+
+Equation = Callable[[TwoSides, float], tuple[tuple[Array, ...], Array, Array]]
+"""Of a log at a bandwidth [Hz]: speeds by which rows are chosen, each (samples,); regressors and left side,
+(samples, p + 1); what noise adds to the mean of their products, (p + 1, p + 1), in whose last row stands the
+size of the noise of each that a feedback loop puts into the left side."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
@@ -132,6 +156,8 @@ class Solution:
     sizes: Array  # (p,): root mean square of each regressor
     kept: float  # share of the samples that is used
     band: float  # [Hz]
+    equation: Equation | None = None
+    heard: bool = False  # whether a feedback loop hears the noise: two bandwidths on are compared too
 
     @property
     def halves(self) -> Array:
@@ -155,31 +181,45 @@ def cogging_of(sides: Sequence[TwoSides], load: Solution | None) -> Cogging | No
 
 def _repeating(sides: Sequence[TwoSides], load: Solution | None, band: float) -> tuple[float, Cogging] | None:
     """The strongest repeating torque at a bandwidth [Hz], after the share of the residual that it leaves."""
-    try:
-        rows = []
+    with suppress(InputRefused):
+        plain = _solved(lambda one, at: _sum_columns(one, at, load), sides, SUM, band)
+        if plain is None:
+            return None
+        turn, turns = np.zeros(BINS), 0.0
         for one in sides:
-            quick, columns, _ = _sum_columns(one, band, load)
-            rows.append((one, columns, _kept(one, quick, band)))
-    except InputRefused:
-        return None
-    plain = solve(suited_segments(joined([_factored(c[keep], SUM) for _, c, keep in rows])))
-    turn = np.zeros(BINS)
-    for one, c, keep in rows:
-        left = (c[:, -1] - c[:, :-1] @ plain.values)[keep]
-        place = np.floor(one.motor[keep] * (BINS / (2.0 * pi))).astype(int) % BINS
-        turn += np.bincount(place, left, BINS)
-    n = int(np.argmax(np.abs(np.fft.rfft(turn))[1 : MOST_PERIODS + 1])) + 1
-    parts = []
-    for one, c, keep in rows:
-        waves = [zero_phase(wave(n * one.motor), one.interval, band) for wave in (np.cos, np.sin)]
-        both = np.column_stack([c[:, :-1], *waves, c[:, -1]])
-        parts.append(_factored(both[keep], (*SUM, "cosine", "sine")))
-    fit = solve(suited_segments(joined(parts)))
-    cosine, sine = fit.values[-2:].tolist()
-    error = float(np.sqrt(np.linalg.eigvalsh(fit.covariance[-2:, -2:])[-1]))
-    made = Cogging(periods=n, cosine=cosine, sine=sine, error=error)
+            quick, c, _ = _sum_columns(one, band, load)
+            keep = _kept(one, quick, band)
+            place, left = one.motor[keep] / (2.0 * pi), (c[:, -1] - c[:, :-1] @ plain.fit.values)[keep]
+            turn += np.bincount(np.floor(BINS * place).astype(int) % BINS, left, BINS)
+            turns = max(turns, float(np.ptp(place)))
+        n = int(np.argmax(np.abs(np.fft.rfft(turn))[1 : MOST_PERIODS + 1])) + 1
+        if turns < LEAST_TURNS or n * turns < (SOME_PERIODS if turns >= 1.0 else MANY_PERIODS):
+            return None
+        share, (cosine, sine), covariance = beside(
+            sides, plain, lambda one: np.array([np.cos(n * one.motor), np.sin(n * one.motor)])
+        )
+        error = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+        made = Cogging(periods=n, cosine=float(cosine), sine=float(sine), error=error)
+        return (share, made) if share < REPEATS and made.size > REPEATS_SURE * error else None
+    return None
+
+
+def beside(
+    sides: Sequence[TwoSides], solution: Solution, more: Callable[[TwoSides], Array]
+) -> tuple[float, Array, Array]:
+    """Share of the residual's power that further regressors (m, samples) leave, their values, covariance."""
+    parts, names, band = [], solution.fit.names, solution.band
+    assert solution.equation is not None
+    for one in sides:
+        quick, columns, _ = solution.equation(one, band)
+        added = zero_phase(more(one).T, one.interval, band)
+        both = np.column_stack([columns[:, :-1], added, columns[:, -1]])
+        all_names = (*names, *map(str, range(added.shape[1])))
+        parts.append(_factored(both[_kept(one, quick, band)], all_names))
+    whole, p = joined(parts), len(names)
+    fit, plain = (solve(suited_segments(one)) for one in (whole, only(whole, names)))
     share = (fit.residual / plain.residual) ** 2 if plain.residual > 0.0 else 1.0
-    return (share, made) if share < REPEATS and made.size > REPEATS_SURE * error else None
+    return share, fit.values[p:], fit.covariance[p:, p:]
 
 
 def load_equation(sides: Sequence[TwoSides]) -> Solution | None:
@@ -209,11 +249,6 @@ def sum_at(sides: Sequence[TwoSides], load: Solution | None, band: float) -> Arr
     return np.full(len(SUM), np.nan) if found is None else found.fit.values
 
 
-Equation = Callable[[TwoSides, float], tuple[tuple[Array, ...], Array, Array]]
-"""Of a log at a bandwidth [Hz]: speeds by which rows are chosen, each (samples,); regressors and left side,
-(samples, p + 1); what noise adds to the mean of their products, (p + 1, p + 1)."""
-
-
 def _narrowest(
     equation: Equation, sides: Sequence[TwoSides], names: tuple[str, ...], wanted: Sequence[str]
 ) -> Solution:
@@ -229,11 +264,14 @@ def _narrowest(
         found += [] if one is None else [one]
     if not found:
         raise refused
-    for k, (one, other) in enumerate(pairwise(found)):
+    for i, k in combinations(range(len(found)), 2):
+        one, other = found[i], found[k]
+        if k - i > (2 if one.heard else 1):
+            continue
         by_chance = np.abs(one.fit.half_width() ** 2 - other.fit.half_width() ** 2)
         apart = np.sqrt(np.maximum((one.fit.values - other.fit.values) ** 2 - by_chance, 0.0))
-        found[k] = replace(one, beyond=np.maximum(one.beyond, apart))
-        found[k + 1] = replace(other, beyond=np.maximum(other.beyond, apart))
+        found[i] = replace(one, beyond=np.maximum(one.beyond, apart))
+        found[k] = replace(other, beyond=np.maximum(other.beyond, apart))
     places = [names.index(name) for name in wanted]
     usual = np.median([np.abs(one.fit.values[places]) for one in found], axis=0)
     return min(found, key=lambda one: float(np.sum(one.halves[places] / np.maximum(usual, 1e-300))))
@@ -276,10 +314,12 @@ def _solved(
     grown = np.sqrt(np.maximum(plain / np.maximum(np.diag(covariance), 1e-300), 1.0))
     own = np.sqrt(fit.rows * np.diag(inverse))  # of what no other regressor can stand for
     beyond = UNMODELLED[names] * fit.scale * own + NOISE_SURE * np.abs(values - fit.values)
+    beyond += np.abs(inverse) @ noise[p, :p] * fit.residual
     fit = replace(fit, values=values, covariance=covariance * np.outer(grown, grown))
     shares = [count / one.torque.size for count, one in zip(samples, sides, strict=True)]
+    heard = bool(noise[p, :p].any())
     kept = float(np.average(shares, weights=[part.rows for part in parts]))
-    return Solution(fit=fit, beyond=beyond, sizes=sizes, kept=kept, band=band)
+    return Solution(fit=fit, beyond=beyond, sizes=sizes, kept=kept, band=band, equation=equation, heard=heard)
 
 
 def _sum_columns(one: TwoSides, band: float, load: Solution | None) -> tuple[tuple[Array, ...], Array, Array]:
@@ -302,13 +342,14 @@ def _sum_columns(one: TwoSides, band: float, load: Solution | None) -> tuple[tup
     rank = 1 if one.rates else 2
     noise[0, 0], noise[1, 1] = moved[rank], one.noise(one.load, band)[rank]
     noise[2, 2] = moved[rank - 1]
+    noise[-1, :3] = np.sqrt(np.diag(noise)[:3])
+    noise[-1, :3] *= np.array([one.heard(values) for values in (one.motor, one.load, one.motor)])
     return quick, np.column_stack(columns), noise
 
 
 def _load_columns(one: TwoSides, band: float) -> tuple[tuple[Array, ...], Array, Array]:
     """The load's equation in angles, or in speeds as its derivative, as an `Equation` has it."""
-    h, near = one.interval, one.motor if one.pulley is None else one.pulley
-    near = near if one.slipped is None else near - one.slipped
+    h, near = one.interval, one.near
     first, load = zero_phase(near, h, band), zero_phase(one.load, h, band)
     turned = difference(load, h)
     quick = (one.quick(one.load, band),)

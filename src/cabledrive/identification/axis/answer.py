@@ -13,6 +13,7 @@ from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
 from cabledrive.identification.axis.simulated import NOT_FOLLOWED, SEED, refined
 from cabledrive.identification.axis.timing import (
+    CUSTOMARY,
     TorqueTiming,
     clock_drift,
     given_timing,
@@ -35,10 +36,13 @@ REFUSING = {
     "unexplained-torque",
     "logs-contradict",
     "negative",
+    "residual",
 }
 """Codes of findings with which no interval is given."""
 FAR, MOST = 4.0, 1e-3
 """Of the size that all but a thousandth of the samples keep within; share of the samples beyond it."""
+MOST_LEFT = 0.6
+"""Share of the torque up to which a residual is taken for noise."""
 SLOWEST = 0.1
 """Interval from which the unit of the time is doubted [s]."""
 LOST = (
@@ -77,7 +81,8 @@ def answer(logs: Sequence[Log], options: IdentifyOptions) -> Identification:
     timing = given_timing(options.torque, axis.interval) if known else timing_of(axis)
     drift = 0.0
     for _ in range(DRIFT_ROUNDS):
-        rate = 0.0 if known or (timing.determined and timing.customary) else clock_drift(axis)
+        near = timing.determined and abs(timing.shift) <= CUSTOMARY * timing.interval
+        rate = 0.0 if known or near else clock_drift(axis)
         if rate == 0.0:
             break
         drift += rate
@@ -94,6 +99,11 @@ def answer(logs: Sequence[Log], options: IdentifyOptions) -> Identification:
     if len(logs) > 1 and options.check and auto and options.axis.friction.kind == "coulomb":
         each = [answer([log], replace(options, check=False)) for log in axis.logs]
         found = _compared(found, [one for one in each if not one.refused])
+    if (left := found.residual["relative"]) > MOST_LEFT:
+        words = (
+            f"the residual is {100 * left:.0f} % of the torque, more than {100 * MOST_LEFT:g} %: too much to "
+        )
+        found = found.saying("residual", f"{words}check the model: record longer, or with a finer encoder")
     if REFUSING & set(found.codes):
         if auto and found.method["name"] == PREDICTION and plain.identifiable:
             # what least depends on what the model misses

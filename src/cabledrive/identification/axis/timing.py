@@ -33,8 +33,9 @@ NEAR = 0.75
 """Delay of the torque channel from which a sensor's low-pass is tried too [intervals]."""
 ROUNDS, SETTLED, FARTHEST = 8, 0.02, 25.0
 """Steps, the last one, and the largest shift that is taken for a matter of time stamps [intervals]."""
-SNAP, CUSTOMARY = 0.08, 1.3
-"""Distance to a convention within which it is named, and shift up to which it is a note [intervals]."""
+SNAP, CUSTOMARY, LATE_SURE = 0.08, 1.3, 4.0
+"""Distance to a convention within which it is named, and shift up to which it is a note [intervals], beyond
+which a delay is so many standard errors."""
 CONVENTIONS = {
     "held": (0.5, "the torque is held from the sample at which it is logged"),
     "interpolated": (0.0, "the torque is logged at the instant at which it acts"),
@@ -83,7 +84,7 @@ class TorqueTiming:
     @property
     def customary(self) -> bool:
         """Whether a shift of this size is a habit of logging and no fault."""
-        return abs(self.shift) <= CUSTOMARY * self.interval
+        return abs(self.shift) <= CUSTOMARY * self.interval + LATE_SURE * self.error
 
     def off(self, convention: str) -> float:
         """Time from here to a convention [s]."""

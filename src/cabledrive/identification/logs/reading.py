@@ -87,6 +87,8 @@ FORMATS: dict[str, Callable[[Path, ColumnMap], Table]] = {
     ".db3": open_rosbag,
 }
 LONGEST_CAUSE = 110
+TORQUE = re.compile(r"torq|drehm|moment|tau|trq")
+"""What a head has of a torque."""
 
 
 def open_table(path: str | Path, reading: ColumnMap | None = None, *, text: bool = False) -> Table:
@@ -169,11 +171,12 @@ def open_log(path: str | Path, columns: ColumnMap | None = None) -> Recording:
     times = [name for name in table.names if recognise(name) == "time"]
     if chosen and "time" not in chosen and columns.sample_rate is None and len(times) == 1:
         chosen["time"] = Column(column=times[0])
-    chosen = chosen or recognised_columns(table)
+    chosen = chosen if set(chosen) - {"time"} else recognised_columns(table) | chosen
     if not columns.columns and len(set(chosen) - {"time"}) < 1:
+        like = next((name[:30] for name in table.names if TORQUE.search(name.lower())), "COLUMN")
         raise InputRefused(
             f"{path.name}: no column head names a channel (found: {', '.join(table.names)[:90]}): "
-            f'write heads like "torque [N m]", or map each, as --column "torque={table.names[-1][:30]}:N m"'
+            f'write heads like "torque [N m]", or map each, as --column "torque={like}:N m"'
         )
     if "time" not in chosen and columns.sample_rate is None:
         raise InputRefused(f'{path.name}: no column "time [s]": map one, or give the sample rate')

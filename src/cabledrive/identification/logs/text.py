@@ -77,6 +77,8 @@ MISSING = (
 )
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d{1,9})?(Z|[+-]\d\d:?\d\d)?")
 
+_CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?[^\d:]")
+
 
 def split_line(line: str, delimiter: str) -> list[str]:
     """Cells of one line, quotes taken off; the delimiter " " stands for any white space."""
@@ -243,6 +245,9 @@ def _first_numbers(lines: Sequence[str], source: str, skip_rows: int) -> tuple[s
                             break
                         number -= 1
                     return delimiter, decimal, number
+    if any(_CLOCK.match(line.strip()) for line in lines):
+        said = f"{source}: times such as 12:00:07.022 state no date"
+        raise InputRefused(f"{said}: write ISO 8601 with a date, as 2024-03-01T12:00:07.022, or seconds")
     shown = next((line.strip() for line in reversed(lines) if line.strip()), "")[:40]
     raise InputRefused(f'{source}: no row of numbers up to line {len(lines)}, "{shown}": write numbers alone')
 

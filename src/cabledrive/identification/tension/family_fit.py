@@ -11,7 +11,7 @@ from scipy import stats
 from cabledrive.answers.keys import Keys
 from cabledrive.identification.estimates import ESTIMATE, Estimate
 from cabledrive.identification.logs.log import DataReport
-from cabledrive.identification.tension.families import Family, matched
+from cabledrive.identification.tension.families import FAINTEST, Family, matched
 from cabledrive.identification.tension.recording import PARTIALS, PreparedRecording
 from cabledrive.identification.tension.tones import Tones, TonesFit, fit_tones, with_decays
 from cabledrive.parameters.arrays import Array
@@ -184,7 +184,7 @@ def fit_families(
         return None
     start = with_decays(prepared.values, prepared.interval, begin, prepared.power)
     fit = fit_tones(prepared.values, prepared.interval, start, prepared.power)
-    clear = fit.amplitude > AUDIBLE * fit.amplitude_error
+    clear = fit.amplitude > np.maximum(AUDIBLE * fit.amplitude_error, FAINTEST * fit.amplitude.max())
     if not clear.all():
         if not all(np.any(clear & (fit.tones.family == k)) for k in range(len(families))):
             return None
@@ -215,7 +215,7 @@ def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit
         rise=np.zeros(numbers.size),
     )
     more = fit_tones(prepared.values, prepared.interval, one.beside(silent), prepared.power)
-    kept = more.amplitude > SILENT * more.amplitude_error
+    kept = more.amplitude > np.maximum(SILENT * more.amplitude_error, FAINTEST * more.amplitude.max())
     kept &= more.tones.decay < LIKE * one.decay[own].max()
     kept[: own.size] = True
     if not kept[own.size :].any():

@@ -229,6 +229,9 @@ def read_wav(path: str | Path) -> Log:
     if values.shape[0] < 3 or rate <= 0:
         raise InputRefused(f"{path.name}: holds {values.shape[0]} samples: record again")
     rows = values.reshape(values.shape[0], -1).astype(float)
+    if not np.isfinite(rows).all():
+        count = rows.size - int(np.isfinite(rows).sum())
+        raise InputRefused(f"{path.name}: {count} samples are no numbers: export it again, or cut them out")
     if values.dtype.kind in "iu":
         full = float(np.iinfo(values.dtype).max) + 1.0
         rows = rows / full if values.dtype.kind == "i" else 2.0 * rows / full - 1.0

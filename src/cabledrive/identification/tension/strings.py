@@ -38,6 +38,8 @@ INCONSISTENT = 3.0
 """The same over its standard error."""
 ALONE = 0.9
 """Share of the power that decays, from which no other family is tried."""
+FAR = 2.0
+"""Tension over that of the file, or the reverse, from which a note says so."""
 MOST_SHORT = 200.0
 """Length of all spans over that of a part, above which it has too few of the modes of the machine."""
 TEETH = 16
@@ -80,24 +82,39 @@ def tension_of_string(log: Log, string: PingedString, channel: str) -> SpanTensi
     prepared = recording.prepared_recording(log, string.drive, channel, {string.span: string.modes})
     peaks = prepared.peaks.only(prepared.falling)
     singles, _ = proposals(peaks, prepared.teeth, prepared.factor, sqrt(recording.SEARCHED))
-    pings: list[tuple[bool, float, TonesFit]] = []
+    pings: list[tuple[bool, float, TonesFit, float]] = []
     for score, families in singles:
-        tried = family_fit.fit_families(prepared, families)
+        tried, octave = family_fit.fit_families(prepared, families), 0.0
+        if tried is not None and (common := _common(tried)) > 1:  # those of a string at a higher tension
+            octave = string.tension_of(prepared, tried).tension.value
+            raised = tuple((span, common * scale) for span, scale in families)
+            tried = family_fit.fit_families(prepared, raised)
         if tried is not None and tried.amplitude[tried.tones.family == 0].max() > prepared.least:
             cost = family_fit.criterion(tried, prepared.interval) - family_fit.MISSING_PRICE * score
-            pings.append((_share(tried) < 0.5, cost, tried))
+            pings.append((_share(tried) < 0.5, cost, tried, octave))
             if _share(tried) > ALONE and np.sum(tried.tones.family == 0) > 2:
                 break
     if not pings:
         raise prepared.no_tone
-    fit = family_fit.with_silent_partials(prepared, min(pings, key=lambda one: one[:2])[2])
+    *_, fit, octave = min(pings, key=lambda one: one[:2])
+    fit = family_fit.with_silent_partials(prepared, fit)
     own, first = fit.tones.family == 0, float(fit.tones.scale[0] * prepared.factor * string.modes[0])
     recording.require_ping(log.channel(channel), log.interval, first, f"{log.source}: {channel}")
     found = string.tension_of(prepared, fit)
     clear = float(np.sqrt(np.mean((fit.offset[own] / fit.offset_error[own]) ** 2))) > INCONSISTENT
     apart = found.spread if clear else 0.0
     _require_string(prepared, fit, apart)
-    return replace(found, findings=tuple(_findings(string, prepared, fit, apart)))
+    findings = _findings(string, prepared, fit, apart)
+    if octave > 0.0:
+        words = f"of every second or third mode they would say {octave:.4g} N: compare with the rope's sag"
+        findings.append(f"{channel}: the partials are taken for modes without gaps; {words}")
+    return replace(found, findings=tuple(findings))
+
+
+def _common(fit: TonesFit) -> int:
+    """Largest common divisor of the numbers of several partials of the first family; 1 of one partial."""
+    numbers = fit.tones.number[fit.tones.family == 0]
+    return int(np.gcd.reduce(numbers)) if numbers.size > 1 else 1
 
 
 def _share(fit: TonesFit) -> float:
@@ -180,8 +197,13 @@ def tension_from_ping(log: Log, drive: Machine, *, span: str | None = None, sect
         names = ", ".join(drive.spans[:6])
         raise InputRefused(f"--ping: name the span that was plucked with --span, such as {names}")
     named = named or {drive.spans[0]: channels[0]}
-    found = {own: tension_of_string(log, string_of(drive, own, section), name) for own, name in named.items()}
-    return PingTension(spans=found, report=log.report)
+    found, notes = dict[str, SpanTension](), list(log.report.findings)
+    for own, name in named.items():
+        string = string_of(drive, own, section)
+        found[own] = tension_of_string(log, string, name)
+        if not 1.0 / FAR < (value := found[own].tension.value) / string.known < FAR:
+            notes.append(f"{own}: {value:.4g} N, the file has {string.known:.4g} N: is it another octave?")
+    return PingTension(spans=found, report=replace(log.report, findings=tuple(notes)))
 
 
 def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
