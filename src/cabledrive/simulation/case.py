@@ -40,14 +40,20 @@ from cabledrive.simulation.methods import (
     largest_stable_step,
     time_grid,
 )
-from cabledrive.simulation.network.case import check_routes, motor_torques, offsets_of
 from cabledrive.simulation.network.mesh import Rest, network_plan, passed_words, rest_of
 from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit, why_interpreted
 from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_state, new_workspace
 from cabledrive.simulation.prepared import Outcome, PreparedRun, extremes_of, half_step_before, reached
 from cabledrive.simulation.result import SimulationResult, SlackEvent, neglected
-from cabledrive.simulation.signals import CarriageForce, Function, Signal, checked_forces
-from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start
+from cabledrive.simulation.signals import (
+    CarriageForce,
+    Function,
+    Signal,
+    checked_forces,
+    motor_torques,
+    offsets_of,
+)
+from cabledrive.simulation.start import PLANES, Recording, Scheme, Start, at_start, check_routes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

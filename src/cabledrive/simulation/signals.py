@@ -1,7 +1,7 @@
 """Signals in time: torques and forces, given as a formula, as samples, or as a function."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from math import isfinite, log, pi
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 
 Function = Callable[[Array], ArrayLike]
 
@@ -266,3 +266,24 @@ def checked_forces(
         checked_signal(force.signal, f"force on carriage {force.carriage}", duration, step)
         for force in forces
     )
+
+
+def offsets_of(drive: RoutedDrive) -> list[float]:
+    """Constant torque of each motor's own [N m]; 0 for a pulley that has none."""
+    return [motor.offset_torque for motor in drive.motor] or [0.0 for _ in drive.turned]
+
+
+def motor_torques(
+    names: tuple[str, ...],
+    torque: Mapping[str, Signal | float | Function] | Signal | float | Function,
+    duration: float,
+    step: float,
+) -> tuple[Signal, ...]:
+    """Torque of each motor by the name of its pulley; one torque is that of the first."""
+    given = torque if isinstance(torque, Mapping) else ({names[0]: torque} if names else {})
+    if not names and not isinstance(torque, Mapping) and torque != 0.0:
+        raise InputRefused('kind = "route": there is no [[pulley]] on which a torque could act: add one')
+    for name in given:
+        if name not in names:
+            raise InputRefused(f'torque on "{str(name)[:60]}": the motors are {", ".join(names) or "none"}')
+    return tuple(checked_signal(given.get(name, 0.0), f"torque on {name}", duration, step) for name in names)

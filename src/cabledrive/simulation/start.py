@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,7 @@ from cabledrive.mechanics.mesh import SHAFTS, Divided, Mesh, gradients
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
+from cabledrive.parameters.route.drive import RoutedDrive
 from cabledrive.parameters.route.two_pulleys import NAMES
 
 if TYPE_CHECKING:
@@ -327,3 +328,30 @@ class Scheme:
             raise InputRefused(
                 f"smoothing_speed = {self.smoothing_speed} rad/s must be above 0 and finite: give one"
             )
+
+
+def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:
+    """What no run of a machine with routes has: whether it is there, and what to do."""
+    running = next((data.name for data in drive.route if data.speed), "")
+    return [
+        (running, f'route "{running}" runs (speed), and only ropes at rest are simulated: set it to 0'),
+        (any(own.backlash for own in drive.motor), "motor.backlash is not simulated on routes: set it to 0"),
+    ]
+
+
+def check_routes(drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Start) -> None:
+    """Refuse what no run of a machine with routes has."""
+    for refused, why in (
+        (
+            scheme.friction == "smoothed"
+            and any(own.coulomb_friction and own.pivot is None for own in drive.body),
+            "friction of bodies that slide is set-valued: leave smoothed friction out",
+        ),
+        (
+            any(getattr(start, name) for name in OF_LOOPS),
+            'angles at the start are for loops and lines: give "places" and "speeds"',
+        ),
+        *never_simulated(drive),
+    ):
+        if refused:
+            raise InputRefused(f'kind = "route": {why}')

@@ -21,11 +21,7 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys, two_pulleys
-from cabledrive.reduction.autoparametric import (
-    AutoparametricModel,
-    autoparametric_model,
-    split_tunings,
-)
+from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model, split_tunings
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
 from cabledrive.reduction.threshold import (

@@ -123,10 +123,7 @@ def command(
     from cabledrive.reduction.network_axis import as_axis
     from cabledrive.reduction.two_motors import is_winched
     from cabledrive.rig import Motion, RigOptions, track
-    from cabledrive.rig.setting import (
-        parse_disturbance,
-        parse_encoder_dropout,
-    )
+    from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout
 
     if is_winched(drive):
         return two_motor_answer(drive, plant_settings, spec)

@@ -16,10 +16,9 @@ from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.simulation.channels import channels_of
 from cabledrive.simulation.methods import time_grid
-from cabledrive.simulation.network.case import motor_torques, never_simulated, offsets_of
 from cabledrive.simulation.network.mesh import rubbing_of
-from cabledrive.simulation.signals import Function, Signal
-from cabledrive.simulation.start import OF_LOOPS, Recording, Scheme, Start, by_name
+from cabledrive.simulation.signals import Function, Signal, motor_torques, offsets_of
+from cabledrive.simulation.start import OF_LOOPS, Recording, Scheme, Start, by_name, never_simulated
 from cabledrive.simulation.travel import plan as at
 from cabledrive.simulation.travel.case import PlannedMove, TravelCase, Way, way_of
 from cabledrive.simulation.travel.plan import TravelPlan, largest_travel_step
