@@ -82,11 +82,11 @@ IN_DETAIL = "tenfold_growth_torque"
 
 
 def _resonance(row: Row) -> Mapping[str, Any]:
-    from cabledrive.studies.resonance import default_torque, resonance
+    from cabledrive.studies.resonance import resonance
 
     found = resonance(
         row.drive,
-        torque=row.options.get("torque", default_torque(row.drive)),
+        torque=row.options.get("torque"),
         load_torque=row.options.get("load_torque", 0.0),
         details=IN_DETAIL in row.options["outputs"],
     )

@@ -1,7 +1,7 @@
 """A machine in motion: frames of a run, on a page without a script, and a loop under control.
 
-Deflections of ropes from the line between their ends, ways of bodies and turns of pulleys are drawn larger
-than they are, by factors that are said; the spokes turn with the pulleys.
+Deflections of ropes and ways of bodies are drawn larger than they are, by one factor, turns of pulleys by
+another, both said; the spokes turn with the pulleys.
 """
 
 from cmath import exp
@@ -15,7 +15,7 @@ from cabledrive.answers.figures import number, quantity
 from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Body, Machine, RoutedDrive
+from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.figures.moving_machine import POINTS, DrawnMachine, draw_machine, tense
 from cabledrive.report.figures.sheet import Sheet
@@ -28,7 +28,6 @@ MOST_FRAMES = 72
 SECONDS_PER_FRAME = 1.0 / 16.0
 FIRST_LINE = 18.0  # px
 _DEFLECTION, _TURN, _LARGEST_FACTOR = 26.0, 0.6, 1e6  # px, rad
-_MOST_APART = 100.0  # factors of bodies and of ropes
 MOST_POINTS = 400
 """Points of all ropes in a frame, beside a few of each."""
 ANGLES = {"drive pulley": "drive_angle", "load pulley": "load_angle"}
@@ -54,31 +53,19 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
     still = Sheet()
     drawn = draw_machine(still, drive)
     turns = np.column_stack([_turn(pulley.joint, result, time) for pulley in drawn.pulleys])
-    ends, fields = _deflections(machine, result)
-    ways = np.array([[_way(body, move, result, time) for move in "xy"] for body in machine.body])
-    ways = ways.reshape(-1, 2, time.size)
-    moved = max(float(np.max(np.abs(own), initial=0.0)) for own in (ways, ends))
-    deepest, furthest = float(np.max(np.abs(fields))), float(np.max(np.abs(turns), initial=0.0))
+    fields, ways = _deflections(machine, result), _ways(machine, result, time)
+    furthest = float(np.max(np.abs(turns), initial=0.0))
+    moved = max(float(np.max(np.abs(own), initial=0.0)) for own in (ways, fields))
     least = _DEFLECTION / _LARGEST_FACTOR / drawn.scale
-    pixels, carried = (_DEFLECTION / own if own > least else 0.0 for own in (deepest, moved))  # of a metre
-    carried = max(carried, drawn.scale) if carried else 0.0  # never smaller than they are
-    if not machine.body or 0.0 < pixels < carried / _MOST_APART:
-        carried = pixels * (_MOST_APART if machine.body else 1.0)
+    pixels = max(_DEFLECTION / moved, drawn.scale) if moved > least else 0.0  # of a metre
     larger = min(_TURN / furthest, _LARGEST_FACTOR) if furthest > _TURN / _LARGEST_FACTOR else 1.0
     larger = float(f"{larger:.1e}")
     for span in drawn.spans:
         still.line(*span.points, colour="line", dashes="4 4")
     speed = float(time[1] - time[0]) / SECONDS_PER_FRAME
-    factors = {
-        "w": pixels / drawn.scale,
-        "bodies": carried / drawn.scale * bool(machine.body),
-        "angles": larger,
-    }
-    words = [f"{what} × {number(own, 2)}" for what, own in factors.items() if own > 0.0]
-    words.append(f"at {number(speed, 2)} times its speed")
-    few = np.unique(
-        np.linspace(0, POINTS - 1, max(5, min(POINTS, MOST_POINTS // len(drawn.spans)))).astype(int)
-    )
+    words = f"w × {number(pixels / drawn.scale, 2)}, " if pixels else ""
+    words += f"angles × {number(larger, 2)}, at {number(speed, 2)} times its speed"
+    few = np.unique(np.linspace(0, POINTS - 1, max(5, MOST_POINTS // len(drawn.spans))).astype(int))
 
     def draw(one: Sheet, frame: int) -> str:
         _spokes(
@@ -87,15 +74,13 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
             {own.joint: larger * turn for own, turn in zip(drawn.pulleys, turns[frame], strict=True)},
         )
         for row, span in enumerate(drawn.spans):
-            first, last = carried * ends[frame, row]
-            w = np.linspace(first, last, POINTS) + pixels * fields[frame, row]
             colour = ("blue", "orange")[row % 2]
-            one.line(*span.moved(w)[few], colour=colour, width=2.0)
-        for (x, y), way in zip(drawn.bodies, carried * ways[:, :, frame], strict=True):
+            one.line(*span.moved(pixels * fields[frame, row])[few], colour=colour, width=2.0)
+        for (x, y), way in zip(drawn.bodies, pixels * ways[:, :, frame], strict=True):
             one.box((x + way[0], y - way[1]), (10.0, 10.0), colour="green")
         return f"{1e3 * (time[frame] - time[0]):.1f} ms"
 
-    return switch(name, time.size), _film(name, still, drawn, ", ".join(words), draw, range(time.size))
+    return switch(name, time.size), _film(name, still, drawn, words, draw, range(time.size))
 
 
 def _turn(pulley: str, result: SimulationResult, time: Array) -> Array:
@@ -107,45 +92,37 @@ def _turn(pulley: str, result: SimulationResult, time: Array) -> Array:
     return (turned - turned[0]) * (1.0 if angle in ANGLES.values() else -1.0)
 
 
-def _way(body: Body, move: str, result: SimulationResult, time: Array) -> Array:
-    """Way of a body along x or y from the first frame on, (frames,) [m]; of one that turns of its centre."""
-    name = f"{body.name}.{'turn' if body.pivot else move}"
-    if name not in result.names:
-        return np.zeros(time.size)
-    way = np.interp(time, result.time, result.channel(name))
-    arm = (
-        1.0
-        if body.pivot is None
-        else (body.pivot[1] - body.at[1], body.at[0] - body.pivot[0])["xy".index(move)]
-    )
-    return arm * (way - way[0])
+def _ways(machine: RoutedDrive, result: SimulationResult, time: Array) -> Array:
+    """Ways of the centres of bodies from the first frame on, carried along, (bodies, 2, frames) [m]."""
+    found = np.zeros((len(machine.body), 2, time.size))
+    for row, body in enumerate(machine.body):
+        for own in map(machine.body.__getitem__, machine.carried_by(row)):
+            x, y = own.pivot or body.at
+            arms = {"x": (1.0, 0.0), "y": (0.0, 1.0), "turn": (y - body.at[1], body.at[0] - x)}
+            for move in (one for one in own.moves if f"{own.name}.{one}" in result.names):
+                place = np.interp(time, result.time, result.channel(f"{own.name}.{move}"))
+                found[row] += np.outer(arms[move], place - place[0])
+    return found
 
 
 def _parts(machine: RoutedDrive, pieces: int) -> list[int]:
     """Pieces of rope in each span, of so many in all: whole spans, or cut at carriages."""
-    spans = len(machine.free_spans)
-    if pieces == spans:
-        return [1] * spans
-    return [1 + sum(span == own for span, _ in machine.carriage_places) for own in range(spans)]
+    spans = range(len(machine.free_spans))
+    cut = pieces > len(spans)
+    return [1 + cut * sum(span == own for span, _ in machine.carriage_places) for own in spans]
 
 
-def _deflections(machine: RoutedDrive, result: SimulationResult) -> tuple[Array, Array]:
-    """Motion from rest, across, of the ends of each span, (frames, spans, 2), and of its points beside."""
-    w = result.fields[:MOST_FRAMES, 2] - result.resting[2]
-    parts = _parts(machine, len(result.positions))
-    share, ends, found = np.linspace(0.0, 1.0, POINTS), list[Array](), list[Array]()
-    pieces = np.split(w, np.cumsum([len(own) for own in result.positions])[:-1], axis=1)
-    for last in np.cumsum(parts):
-        own = slice(last - parts[len(found)], last)
-        places, begun = list[Array](), 0.0
-        for at in result.positions[own]:
-            places.append(begun + at)
-            begun += at[-1]
-        at, field = np.concatenate(places) / begun, np.hstack(pieces[own])
-        ends.append(field[:, [0, -1]])
-        line = field[:, :1] + (field[:, -1:] - field[:, :1]) * share
-        found.append(np.array([np.interp(share, at, frame) for frame in field]) - line)
-    return np.stack(ends, axis=1), np.stack(found, axis=1)
+def _deflections(machine: RoutedDrive, result: SimulationResult) -> Array:
+    """Motion across from rest of points of each span, (frames, spans, points) [m]."""
+    w, share, found = result.fields[:MOST_FRAMES, 2] - result.resting[2], np.linspace(0.0, 1.0, POINTS), []
+    pieces, first = np.split(w, np.cumsum([len(own) for own in result.positions])[:-1], axis=1), 0
+    for count in _parts(machine, len(result.positions)):
+        own, first = slice(first, first + count), first + count
+        begun = np.cumsum([0.0, *(at[-1] for at in result.positions[own])])
+        at = np.concatenate([start + at for start, at in zip(begun, result.positions[own], strict=False)])
+        field = np.hstack(pieces[own])
+        found.append(np.array([np.interp(share, at / begun[-1], frame) for frame in field]))
+    return np.stack(found, axis=1)
 
 
 def animation_page(drive: Machine, result: SimulationResult) -> str:

@@ -52,7 +52,7 @@ class MachinePairs(NamedTuple):
         reason = self.modes.certified_reason
         found = (
             f"modes near each other grow together: at {hertz:.4g} Hz from {torque:.4g} N m on, earlier than "
-            "any pair by itself"
+            "any pair of that frequency by itself"
             for hertz, torque in self.together
         )
         return (*found, *((f"modes not certified: {reason}",) if reason else ()))

@@ -96,6 +96,8 @@ def resonance(
         If a span hangs slack at rest.
     """
     own = two_pulleys(machine)
+    if load_torque and own is not None and sags(own):
+        raise InputRefused("load_torque is for a straight cable, and a span sags: see `check`; leave it out")
     if not load_torque and (own is None or sags(own)):
         found = resonance_of_pairs(own or as_machine(machine), torque, details=details)
         return replace(found, left_out=(*found.left_out, *(warnings_of_rest(own) if own else ())))
@@ -321,6 +323,8 @@ def _pretension(drive: Machine, safe: Callable[[Any], bool], raised: bool, trial
 
     share = first_safe(trial, fits, trials) if given else None
     if share is None:
+        if not given:
+            return Remedy(change=f"{words} pretension", value=None, text="no pretension is given to change")
         beyond = raised and given * (1.0 + REACH) > largest_pretension(drive)
         reach = elastic_range(drive).rstrip(",") if beyond else f"to x{(1 + REACH) ** sign:.3g}"
         text = f"{FAILED}: {'higher' if raised else 'lower'} pretension {reach}"

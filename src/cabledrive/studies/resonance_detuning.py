@@ -124,7 +124,7 @@ def verdict_of(
     """The verdict on a torque with its reasons; ``thresholds``: frequency [Hz], torque [N m] of pairs."""
     excited = [(torque, hertz) for hertz, torque in thresholds if torque is not None]
     if not excited:
-        return SAFE, ("no listed pair is excited by the first motor",)
+        return (NO_EXCITATION if acting is None else SAFE), ("no listed pair is excited by the first motor",)
     lowest, at = min(excited)
     from_there = f"from {lowest:.4g} N m of steady torque at {at:.4g} Hz on, transverse modes grow"
     if acting is None:
