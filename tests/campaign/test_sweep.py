@@ -452,3 +452,15 @@ def test_from_one_drive_to_a_tolerance_study(tmp_path, monkeypatch):
     page = (tmp_path / "campaign.html").read_text()
     assert f"{1280}" in page
     assert "longitudinal_hz" in page
+
+
+@pytest.mark.parametrize("torque", ["", 'torque = "5 mN m"'])
+def test_rows_of_a_machine_with_routes_have_the_resonance_of_the_command(torque, sweep):
+    vary = '[vary]\n"cable.pretension" = { values = ["10.5 N", "30 N"] }\n[design]\nkind = "grid"\n'
+    _, data = sweep(f'drive = "printer-idlers"\n{vary}[compute]\nwhat = "resonance"\n{torque}\n')
+    assert not data.code.values.any()
+    for row, pretension in enumerate(("10.5 N", "30 N")):
+        options = ["--torque", "5 mN m"] if torque else []
+        single = answer("resonance", "printer-idlers", "--set", f"cable.pretension={pretension}", *options)
+        assert float(data.frequency_ratio[row]) == pytest.approx(single["frequency_ratio"], rel=1e-12)
+        assert str(data.verdict.values[row]) == single["verdict"]

@@ -194,6 +194,25 @@ def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     assert again["files"] == found["files"]
 
 
+def test_the_exported_folder_of_an_axis_of_routes_runs_from_its_own_file(tmp_path):
+    """The file is the machine's, whose axis is the one that the law was made for."""
+    out = tmp_path / "pd"
+    cd.export_to(out, "printer-idlers", "c99", controller="pd")
+    drive = cd.load_drive(str(out / "drive.toml"))
+    assert cd.content_hash(drive) == cd.content_hash(cd.load_drive("printer-idlers"))
+    assert cd.track(drive, controller=out).summary["controller"] == "pd"
+    assert cd.export_to(tmp_path / "again", out, "c99", what="loop")["files"]
+
+
+@pytest.mark.parametrize("order", ["nine", [9]])
+def test_an_order_that_is_no_number_is_no_controller(order, tmp_path):
+    cd.export_to(tmp_path / "pd", "dissertation-3", "c99", controller="pd")
+    kept = tmp_path / "pd" / "controller.json"
+    kept.write_text(json.dumps(json.loads(kept.read_text()) | {"order": order}))
+    with pytest.raises(cd.InputRefused, match="is no controller"):
+        cd.track(cd.load_drive("dissertation-3"), controller=kept)
+
+
 def test_a_law_takes_the_rises_with_which_its_study_tested_it(tmp_path):
     """The exported reference, and a run of the rig from the folder, are of the order that is kept."""
     cd.export_to(tmp_path / "first", "dissertation-3", "c99", controller="lqg")

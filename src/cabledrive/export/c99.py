@@ -86,7 +86,7 @@ def _packaged(source: ExportSource, block: Block, check: str, vectors: str, **wo
         "vectors.csv": vectors,
         "controller.json": json.dumps(source.data, indent=1, allow_nan=False) + "\n",
     }
-    return files if source.drive is None else files | {"drive.toml": drive_text(source.drive)}
+    return files if source.drive is None else files | {"drive.toml": drive_text(source.drive.axis.machine)}
 
 
 def samples_csv(heads: Sequence[str], *columns: Array) -> str:

@@ -100,7 +100,7 @@ def _from_file(path: Path) -> ExportSource:
         ).at(str(place))
     data = json.loads(place.read_text(encoding="utf-8"))
     beside = place.parent / DRIVE
-    drive = load_drive(str(beside)) if beside.is_file() else None
+    drive = as_axis(load_drive(str(beside))) if beside.is_file() else None
     if drive is not None and content_hash(drive) != law.drive_hash:
         drive = None
     return ExportSource(law=law, data=data, drive=drive, notes=_notes(law))

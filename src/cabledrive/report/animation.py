@@ -59,7 +59,6 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
     least = _DEFLECTION / _LARGEST_FACTOR / drawn.scale
     pixels = max(_DEFLECTION / moved, drawn.scale) if moved > least else 0.0  # of a metre
     larger = min(_TURN / furthest, _LARGEST_FACTOR) if furthest > _TURN / _LARGEST_FACTOR else 1.0
-    larger = float(f"{larger:.1e}")
     for span in drawn.spans:
         still.line(*span.points, colour="line", dashes="4 4")
     speed = float(time[1] - time[0]) / SECONDS_PER_FRAME

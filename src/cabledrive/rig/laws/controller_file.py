@@ -27,6 +27,7 @@ from cabledrive.control.reference import NO_LOAD, LoadRowNumbers, ReferenceNumbe
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.closed_loop.loop import Loop
 from cabledrive.rig.laws.registry import CONTROLLERS
 
@@ -189,7 +190,8 @@ def controller_numbers(loop: Loop, drive: Drive, feedback: str) -> dict[str, Any
         "sample_time": rig.interval,
         "torque_limit": rig.torque_limit if np.isfinite(rig.torque_limit) else None,
         "units": UNITS,
-        "drive_hash": content_hash(drive),
+        # of an axis of routes as its machine's file gives it, which is what can be read again
+        "drive_hash": content_hash(as_axis(drive.axis.machine, drive.axis.load) if drive.chain_of else drive),
         "late_samples": rig.late_samples,
         "counts": rig.counts.tolist(),
         "load_gear": loop.gear,
