@@ -99,14 +99,6 @@ class Shaft:
         return self.inertia / self.radius**2
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Joint:
-    """Flexible joint between motor and drive pulley."""
-
-    stiffness: float  # stiffness k_m [N m/rad]
-    damping: float  # damping b_m [N m s/rad]
-
-
 def shafts_of(drive: Drive) -> tuple[Shaft, ...]:
     """Drive pulley, a motor on a rigid joint included; load pulley; a motor on a flexible joint."""
     keys, motor = ("inertia", "viscous_friction", "coulomb_friction"), drive.motor

@@ -11,8 +11,9 @@ three such integrals, in each of which one of the modes stretches the rope and b
 """
 
 from collections import Counter
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import pi
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,7 +29,8 @@ POINTS = 16
 """Points at which a wave is looked at on each piece of a span, beyond those that its half waves need."""
 
 
-class Waves(NamedTuple):
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Waves:
     """Longitudinal and transverse modes of unit modal mass, and their slopes at the points of all pieces."""
 
     network: Network
@@ -71,7 +73,7 @@ class Waves(NamedTuple):
         """Turn of each motor in the longitudinal modes, shape (along, motors) [rad/sqrt(kg)]."""
         return self.coordinates[0] @ turns_by_torque(self.network).T
 
-    @property
+    @cached_property
     def slack_torques(self) -> Array:
         """Torque of the first motor at each longitudinal frequency that slackens a rope, (along,) [N m]."""
         forces = [
@@ -83,7 +85,7 @@ class Waves(NamedTuple):
         turns = np.maximum(np.abs(self.turns[:, 0]), 1e-300)
         return natural * self.losses[0] / turns / np.maximum(share.max(axis=(1, 2)), 1e-300)
 
-    @property
+    @cached_property
     def couplings(self) -> Array:
         """Of two transverse modes by a longitudinal one, shape (along, across, across)."""
         force = (self.rigidity * self.length)[:, None] * self.weights * self.measure
@@ -113,13 +115,14 @@ class Waves(NamedTuple):
     def turned(self, along: Array, across: Array) -> "Waves":
         """These modes along and across, turned round where a sign is -1."""
         one, other = along[:, None], across[:, None]
-        return self._replace(
+        return replace(
+            self,
             slopes=(one[:, :, None] * self.slopes[0], other[:, :, None] * self.slopes[1]),
             shapes=other[:, :, None] * self.shapes,
             coordinates=(one * self.coordinates[0], other * self.coordinates[1]),
         )
 
-    @property
+    @cached_property
     def losses(self) -> tuple[Array, Array]:
         """Damping rates of longitudinal and transverse modes by the file's viscous parts alone [1/s].
 
