@@ -13,6 +13,8 @@ from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_a
 from cabledrive.reduction.decay import damping_from_decay
 from cabledrive.reduction.threshold import CLOSE, instability_margin, threshold_torque
 from cabledrive.report.map_page import resonance_map_page, spot_check_line
+from cabledrive.simulation import Pluck, Recording, Scheme
+from cabledrive.simulation.signals import Sine
 from cabledrive.studies.resonance import remedies, resonance
 from cabledrive.studies.resonance_map import growth_map, spot_checks, steady_branches
 from resonance_samples import at_detunings, damped, settings_pair
@@ -74,6 +76,36 @@ def test_each_remedy_makes_the_pulley_mode_safe(name, torque, helpful):
         loaded = replace(load, **{more: getattr(load, more) + value}) if more else load
         changed = replace(drive, pulley=(drive.drive_pulley, loaded))
         assert verdict(changed if more else at_tension(drive, value)) == "safe", change
+
+
+def test_modes_that_grow_together_make_a_loop_resonant_and_grow_in_time(measured):
+    """The third and fourth beside each other, from a seventh below their pair's own threshold on."""
+    drive = cd.load_drive("linear-axis")
+    drive = replace(
+        drive,
+        layout=replace(drive.layout, gravity=0.0),
+        cable=replace(drive.cable, pretension=688.0, transverse_damping=1.8, axial_damping=55.5),
+        pulley=tuple(replace(own, coulomb_friction=0.0) for own in drive.pulley),
+        motor=replace(drive.motor, coulomb_friction=0.0),
+    )
+    known = resonance(drive, torque=7.6)
+    pair = known.pairs[0]
+    assert pair.threshold_torque > 1.1 * 7.6
+    assert known.verdict == "resonant"
+    assert resonance(drive, torque=6.5).verdict == "close"
+    for torque, grows in ((6.3, False), (8.0, True)):
+        run = cd.simulate(
+            drive,
+            3.2,
+            torque=Sine(amplitude=torque, frequency=pair.longitudinal_hz),
+            start=[Pluck(height=1e-7, span="upper")],
+            scheme=Scheme(segments=240),
+            recording=Recording(rate=2000.0),
+        )
+        across = np.abs(run.midpoint("upper")[:, 2])
+        early, late = (across[(run.time > at) & (run.time < at + 0.2)].max() for at in (2.0, 3.0))
+        measured(f"{torque} N m: {late / early:.3g} times as large after 1 s")
+        assert (late > early) == grows
 
 
 def test_more_torque_never_makes_a_verdict_better():

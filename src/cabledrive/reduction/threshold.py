@@ -211,7 +211,8 @@ def joint_threshold(waves: Waves, number: int, most: float) -> float:
     forced = np.linalg.solve(np.diag(along**2 - natural**2) + 1j * natural * lost, waves.turns[:, 0])
     pumped = np.tensordot(forced, waves.couplings, axes=1)
     off = np.abs(natural - omega[:, None] - omega) / natural
-    nearest = np.where(np.abs(pumped) > 1e-9 * np.abs(pumped).max(), off, np.inf).min(axis=1)
+    nearest = np.where(np.abs(pumped) > 1e-9 * np.abs(pumped).max(initial=0.0), off, np.inf)
+    nearest = nearest.min(axis=1, initial=np.inf)
     own = np.argsort(nearest)[: min(_MOST_TOGETHER, int((nearest <= _AROUND).sum()))]
     turn = np.diag(omega[own] - 0.5 * natural)
     pump = pumped[np.ix_(own, own)] / (4.0 * np.sqrt(np.outer(omega[own], omega[own])))

@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple
 
-import numpy as np
-
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal import Mode, Modes, modes
@@ -31,6 +29,8 @@ _STRETCHES = 0.1
 """Share of its strain energy in stretch from which a mode across, of a rope that hangs, can excite others."""
 _APART = 0.95
 """Share of the lowest threshold of pairs below which modes near each other are said to grow together."""
+_STRONG = 0.3
+"""Share of its tension by which a rope swings from which a threshold, of first order in it, is in doubt."""
 _SHORT = 1.0 / 40.0
 """Length of a section over the longest below which its pairs with the pulley mode are not listed as such."""
 
@@ -43,7 +43,8 @@ class MachinePairs(NamedTuple):
     pairs: tuple[near.NearPair, ...]
     pulley: Mode  # the first longitudinal mode in which a pulley turns
     nearest: Mode  # of the lowest transverse mode of each span the one nearest to 1:2
-    slack: float  # torque at the pulley mode's frequency that slackens a rope [N m]
+    # longitudinal frequency [Hz] and torque there that slackens a rope [N m], of all that the motor turns in
+    slack: tuple[tuple[float, float], ...]
     modes: Modes
 
     @property
@@ -51,11 +52,20 @@ class MachinePairs(NamedTuple):
         """Why the modes are in doubt."""
         reason = self.modes.certified_reason
         found = (
-            f"modes near each other grow together: at {hertz:.4g} Hz from {torque:.4g} N m on, earlier than "
-            "any pair of that frequency by itself"
+            f"modes across grow together: at {hertz:.4g} Hz from {torque:.4g} N m on, earlier than any "
+            "listed pair of that frequency by itself"
             for hertz, torque in self.together
         )
-        return (*found, *((f"modes not certified: {reason}",) if reason else ()))
+        slack = dict(self.slack)
+        swings = (
+            (own or 0.0, (own or 0.0) / (slack.get(hertz) or inf), hertz) for hertz, own in self.thresholds
+        )
+        strong = (
+            f"thresholds are of first order in the swing of tension, {share:.0%} of it at {torque:.4g} N m "
+            f"and {hertz:.4g} Hz: from there on they may be off"
+            for torque, share, hertz in sorted(own for own in swings if own[1] > _STRONG)[:1]
+        )
+        return (*found, *strong, *((f"modes not certified: {reason}",) if reason else ()))
 
     @property
     def thresholds(self) -> list[tuple[float, float | None]]:
@@ -88,17 +98,16 @@ def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     reach = max((1.0 + near.NEAR) * max(mode.frequency for mode in stretching), most * 1.0001)
     across = [mode for mode in found.transverse if mode.frequency <= reach]
     waves = waves_of(network, stretching, across, hanging=True)
-    pairs, together = (
-        near.pairs_of(waves, drive.spans, pulley.frequency, tunings),
-        list[tuple[float, float]](),
-    )
-    for number, mode in enumerate(stretching):
-        own = (pair.threshold_torque for pair in pairs if pair.longitudinal_hz == mode.frequency)
-        least = min((torque for torque in own if torque), default=0.0)
-        if least and (joint := joint_threshold(waves, number, _APART * least)) < inf:
-            together.append((mode.frequency, joint))
-    at = np.argmin([abs(mode.frequency - pulley.frequency) for mode in stretching])
-    return MachinePairs(tuple(together), pairs, pulley, nearest, float(waves.slack_torques[at]), found)
+    pairs = near.pairs_of(waves, drive.spans, pulley.frequency, tunings)
+    slack = [(mode.frequency, float(own)) for mode, own in zip(stretching, waves.slack_torques, strict=True)]
+    together = list[tuple[float, float]]()
+    for number, (hertz, most) in enumerate(slack):
+        own = (pair.threshold_torque for pair in pairs if pair.longitudinal_hz == hertz)
+        most = min(most, _APART * min((torque for torque in own if torque is not None), default=inf))
+        if 0.0 < most < LARGEST and (joint := joint_threshold(waves, number, most)) < inf:
+            together.append((hertz, joint))
+    slack = [own for own in slack if own[1] < LARGEST]
+    return MachinePairs(tuple(together), pairs, pulley, nearest, tuple(slack), found)
 
 
 def resonance_of_pairs(drive: Machine, torque: float | None, *, details: bool = True) -> ResonanceSummary:
@@ -109,14 +118,12 @@ def resonance_of_pairs(drive: Machine, torque: float | None, *, details: bool = 
     """
     acting, found = acting_torque(drive, torque), machine_pairs(drive)
     verdict, reasons = verdict_of(acting, found.thresholds)
-    hertz = found.pulley.frequency
-    if found.slack < LARGEST:
-        reasons = (
-            *reasons,
-            f"from {found.slack:.4g} N m of steady torque at {hertz:.4g} Hz on a rope goes slack",
-        )
-        pushed = acting is not None and acting.reaches(hertz) is not None and (acting.amplitude or 0.0)
-        verdict = NEAR if verdict == SAFE and pushed >= found.slack else verdict
+    reached = [own for own in found.slack if acting is not None and acting.reaches(own[0]) is not None]
+    if found.slack:
+        hertz, slack = min(reached or found.slack, key=lambda own: own[1])
+        reasons = (*reasons, f"from {slack:.4g} N m of steady torque at {hertz:.4g} Hz on a rope goes slack")
+        pushed = acting.amplitude or 0.0 if acting is not None and reached else 0.0
+        verdict = NEAR if verdict == SAFE and pushed >= slack else verdict
     ratio = found.nearest.frequency / found.pulley.frequency
     here = min((torque for _, torque in found.thresholds if torque is not None), default=None)
     machine = as_machine(drive, turned=True)

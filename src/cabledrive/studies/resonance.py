@@ -182,15 +182,13 @@ def _of_others(verdict: str, found: MachinePairs | None, torque: float) -> tuple
     """
     if found is None:
         return verdict, "other pairs than the 1:2 of the pulley mode were not looked at"
-    lowest, at = min(
-        (
-            (pair.threshold_torque, pair.longitudinal_hz)
-            for pair in found.pairs
-            if pair.threshold_torque is not None
-            and (pair.kind == SUM or not alike(pair.longitudinal_hz, found.pulley.frequency))
-        ),
-        default=(inf, 0.0),
+    others = (
+        (pair.longitudinal_hz, pair.threshold_torque)
+        for pair in found.pairs
+        if pair.threshold_torque is not None
+        and (pair.kind == SUM or not alike(pair.longitudinal_hz, found.pulley.frequency))
     )
+    at, lowest = min((*found.together, *others), key=lambda own: own[1], default=(0.0, inf))
     if lowest == inf:
         return verdict, f"no pair of another longitudinal mode up to {HIGHEST:g} times the pulley mode grows"
     words = f"from {lowest:.4g} N m of steady torque at {at:.4g} Hz on, another pair grows"
