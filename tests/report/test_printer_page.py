@@ -28,6 +28,7 @@ from cabledrive.report.printer_tables import computed
 from cabledrive.rig import Motion, track
 from cabledrive.rig.virtual_rig import Imperfections, run_rig
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
+from cabledrive.simulation.signals import Sine
 from command import answer, refusal
 from printer_logs import samples, write_densities, write_samples
 from report_page import TIME, Reader
@@ -231,9 +232,32 @@ def test_an_animation_of_routes_draws_each_rope_as_far_aside_as_it_is():
     own = run.spans.index(span)
     first = sum(len(places) for places in run.positions[:own])
     truth = np.abs(run.fields[:, 2, first : first + len(run.positions[own])]).max(axis=1)
-    drawn = [max(map(bend, re.findall(r'd="(M[^"]+)" style="fill: none', frame))) for frame in frames]
+    drawn = [
+        max(map(bend, re.findall(r'd="(M[^"]+)" style="fill: none; stroke: var\(--(?:blue|orange)', frame)))
+        for frame in frames
+    ]
     assert len(frames) == truth.size > 10
     np.testing.assert_allclose(drawn, 26.0 * truth / truth.max(), atol=0.2)
+
+
+def test_an_animation_moves_what_a_body_carries_with_it():
+    """Pulleys of the beam of a CoreXY with the beam, anchors of the head with it, to a tenth of a pixel."""
+    drive = cd.load_drive("corexy")
+    torque = {"motor a": Sine(amplitude=0.1, frequency=58.0)}
+    run = simulate(drive, 0.02, torque=torque, scheme=Scheme(segments=10), recording=Recording(fields=20))
+    frames = animation_svg("machine", drive, run)[1].split('-frame" style')[1:]
+
+    def places(mark):
+        found = [re.findall(mark, frame) for frame in frames]
+        return np.array(found, dtype=float) - np.array(found[:1], dtype=float)
+
+    carried = places(r'<circle cx="([^"]+)" cy="([^"]+)" r="[^"]+" style="[^"]*(?:quiet|ink)')
+    bodies = places(r'<rect x="([^"]+)" y="([^"]+)"')
+    parts = [own.on for own in (*drive.pulley, *drive.anchor) if own.on]
+    names = [body.name for body in drive.body]
+    for own, way in zip(parts, carried.transpose(1, 0, 2), strict=True):
+        np.testing.assert_allclose(way, bodies[:, names.index(own)], atol=0.11)
+    assert np.abs(bodies).max() > 20.0
 
 
 @pytest.mark.parametrize("name", ["dissertation-3", "dissertation-2"])

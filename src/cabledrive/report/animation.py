@@ -6,6 +6,7 @@ another, both said; the spokes turn with the pulleys.
 
 from cmath import exp
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from math import degrees, pi
 
 import numpy as np
@@ -15,10 +16,16 @@ from cabledrive.answers.figures import number, quantity
 from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine, Place, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
-from cabledrive.report.figures.moving_machine import POINTS, DrawnMachine, draw_machine, tense
-from cabledrive.report.figures.sheet import Sheet
+from cabledrive.report.figures.moving_machine import (
+    POINTS,
+    DrawnMachine,
+    DrawnPulley,
+    draw_machine,
+    tense,
+)
+from cabledrive.report.figures.sheet import Point, Sheet, body_points, draw_pulley
 from cabledrive.report.picture import theme_css
 from cabledrive.rig import Tracking
 from cabledrive.rig.setting import CABLE
@@ -51,11 +58,21 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
         )
     machine, time = as_machine(drive), result.field_time[:MOST_FRAMES]
     still = Sheet()
-    drawn = draw_machine(still, drive)
+    drawn = draw_machine(still, drive, moves=True)
     turns = np.column_stack([_turn(pulley.joint, result, time) for pulley in drawn.pulleys])
-    fields, ways = _deflections(machine, result), _ways(machine, result, time)
+    fields, bodies = _deflections(machine, result), range(len(machine.body))
+    ways = [[_way(machine, result, time, at, i) for at in body_points(machine, i)] for i in bodies]
+    pulleys, anchors = (
+        [_way(machine, result, time, own.at, machine.body_number(own.on, "")) for own in parts]
+        for parts in (machine.pulley, machine.anchor)
+    )
+
+    def way_of(place: Place) -> Array:
+        """Way of the pulley or anchor of an end of a span, (2, frames) [m]."""
+        return anchors[place.anchor or 0] if place.pulley is None else pulleys[place.pulley]
+
     furthest = float(np.max(np.abs(turns), initial=0.0))
-    moved = max(float(np.max(np.abs(own), initial=0.0)) for own in (ways, fields))
+    moved = max(float(np.max(np.abs(own), initial=0.0)) for own in (fields, *(one[0] for one in ways)))
     least = _DEFLECTION / _LARGEST_FACTOR / drawn.scale
     pixels = max(_DEFLECTION / moved, drawn.scale) if moved > least else 0.0  # of a metre
     larger = min(_TURN / furthest, _LARGEST_FACTOR) if furthest > _TURN / _LARGEST_FACTOR else 1.0
@@ -67,19 +84,49 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
     few = np.unique(np.linspace(0, POINTS - 1, max(5, MOST_POINTS // len(drawn.spans))).astype(int))
 
     def draw(one: Sheet, frame: int) -> str:
+        def there(at: Point, way: Array) -> Point:
+            """A place on the sheet after a way [m] of the frame."""
+            return at[0] + pixels * float(way[0, frame]), at[1] - pixels * float(way[1, frame])
+
+        places = (map(drawn.place, body_points(drawn.shown, i)) for i in bodies)
+        skeletons = [list(map(there, *own)) for own in zip(places, ways, strict=True)]
+        centres = map(there, (own.centre for own in drawn.pulleys), pulleys)
+        wheels = [replace(own, centre=at) for own, at in zip(drawn.pulleys, centres, strict=True)]
+        clamps = list(map(there, (drawn.place(own.at) for own in drawn.shown.anchor), anchors))
+        _draw_moved(one, machine, skeletons, wheels, clamps)
         _spokes(
-            one,
-            drawn,
-            {own.joint: larger * turn for own, turn in zip(drawn.pulleys, turns[frame], strict=True)},
+            one, wheels, {own.joint: larger * turn for own, turn in zip(wheels, turns[frame], strict=True)}
         )
-        for row, span in enumerate(drawn.spans):
-            colour = ("blue", "orange")[row % 2]
-            one.line(*span.moved(pixels * fields[frame, row])[few], colour=colour, width=2.0)
-        for (x, y), way in zip(drawn.bodies, pixels * ways[:, :, frame], strict=True):
-            one.box((x + way[0], y - way[1]), (10.0, 10.0), colour="green")
+        ropes = list[Array]()
+        for row, (span, own) in enumerate(zip(drawn.spans, machine.free_spans, strict=True)):
+            start, end = (way_of(place)[:, frame] for place in (own.start, own.end))
+            ropes.append(span.moved(pixels * fields[frame, row]) + pixels * span.along(start, end))
+            one.line(*ropes[-1][few], colour=("blue", "orange")[row % 2], width=2.0)
+        for i, (row, *_) in enumerate(drawn.carriages):
+            drawn.draw_carriage(one, i, ropes[row])
+        for skeleton in skeletons:
+            one.box(skeleton[0], (10.0, 10.0), colour="green")
         return f"{1e3 * (time[frame] - time[0]):.1f} ms"
 
     return switch(name, time.size), _film(name, still, drawn, words, draw, range(time.size))
+
+
+def _draw_moved(
+    sheet: Sheet,
+    machine: RoutedDrive,
+    skeletons: list[list[Point]],
+    pulleys: list[DrawnPulley],
+    anchors: list[Point],
+) -> None:
+    """Bodies, each a line through all that it carries, with their pulleys and anchors, where they are."""
+    for skeleton in skeletons:
+        sheet.line(*skeleton, colour="faint", width=11.0)
+    for i, (own, part) in enumerate(zip(pulleys, machine.pulley, strict=True)):
+        if part.on:
+            draw_pulley(sheet, own.centre, own.radius, fixed=part.fixed, driven=i in machine.driven)
+    for at, anchor in zip(anchors, machine.anchor, strict=True):
+        if anchor.on:
+            sheet.circle(at, 3.0, fill="ink")
 
 
 def _turn(pulley: str, result: SimulationResult, time: Array) -> Array:
@@ -91,16 +138,17 @@ def _turn(pulley: str, result: SimulationResult, time: Array) -> Array:
     return (turned - turned[0]) * (1.0 if angle in ANGLES.values() else -1.0)
 
 
-def _ways(machine: RoutedDrive, result: SimulationResult, time: Array) -> Array:
-    """Ways of the centres of bodies from the first frame on, carried along, (bodies, 2, frames) [m]."""
-    found = np.zeros((len(machine.body), 2, time.size))
-    for row, body in enumerate(machine.body):
-        for own in map(machine.body.__getitem__, machine.carried_by(row)):
-            x, y = own.pivot or body.at
-            arms = {"x": (1.0, 0.0), "y": (0.0, 1.0), "turn": (y - body.at[1], body.at[0] - x)}
-            for move in (one for one in own.moves if f"{own.name}.{one}" in result.names):
-                place = np.interp(time, result.time, result.channel(f"{own.name}.{move}"))
-                found[row] += np.outer(arms[move], place - place[0])
+def _way(
+    machine: RoutedDrive, result: SimulationResult, time: Array, at: tuple[float, float], body: int | None
+) -> Array:
+    """Way of a point of a body from the first frame on, carried along, (2, frames) [m]; 0 of the frame's."""
+    found = np.zeros((2, time.size))
+    for own in map(machine.body.__getitem__, machine.carried_by(body)):
+        x, y = own.pivot or at
+        arms = {"x": (1.0, 0.0), "y": (0.0, 1.0), "turn": (y - at[1], at[0] - x)}
+        for move in (one for one in own.moves if f"{own.name}.{one}" in result.names):
+            place = np.interp(time, result.time, result.channel(f"{own.name}.{move}"))
+            found += np.outer(arms[move], place - place[0])
     return found
 
 
@@ -146,9 +194,9 @@ def moving_page(title: str, control: Markup, drawing: Markup, *, alt: str) -> st
     return str(frame.format(title=title, css=Markup(theme_css()), control=control, drawing=drawing, alt=alt))
 
 
-def _spokes(sheet: Sheet, drawn: DrawnMachine, angles: Mapping[str, float]) -> None:
+def _spokes(sheet: Sheet, pulleys: Sequence[DrawnPulley], angles: Mapping[str, float]) -> None:
     """A diameter of each pulley of a name, turned clockwise [rad]."""
-    for pulley in drawn.pulleys:
+    for pulley in pulleys:
         if (angle := angles.get(pulley.joint)) is not None:
             sheet.line(pulley.rim(angle), pulley.rim(angle + pi), width=2.0)
 
@@ -171,7 +219,7 @@ def _draw_load(
     names = [body.name for body in machine.body]
     if name in names:
         number = names.index(name)
-        body, (x, y) = machine.body[number], drawn.bodies[number]
+        body, (x, y) = machine.body[number], drawn.place(drawn.shown.body[number].at)
         way = (place * (move == "x"), place * (move == "y"))
         if body.pivot is not None:
             arm = complex(body.at[0] - body.pivot[0], body.at[1] - body.pivot[1])
@@ -211,6 +259,7 @@ def _film(
         one.words(clock, (width - 12.0, height - 10.0), anchor="end", colour="quiet")
         inside = "\n".join(one.elements)
         still.elements.append(f'<g class="{name}-frame" style="animation-delay: {delay:.4f}s">{inside}</g>')
+    still.elements.sort(key=lambda own: own.startswith("<text"))  # names stay above what moves over them
     return still.svg(drawn.size)
 
 
@@ -278,7 +327,7 @@ def controlled_film(drive: Drive, run: Tracking) -> str:
                 pull = float(tensions[sample, sum(parts[:row]) : sum(parts[: row + 1])].mean())
                 one.elements.append(tense(span.points, (pull - low) / max(high - low, 1e-12)))
         motors = {name: -sign * float(turned[sample]) for name, sign in axis.words["motors"].items()}
-        _spokes(one, drawn, motors)
+        _spokes(one, drawn.pulleys, motors)
         for angle in (run.reference, run.load_angle):
             place = axis.per_angle * float(angle[sample])
             _draw_load(one, drawn, machine, (axis.load, place), wanted=angle is run.reference)

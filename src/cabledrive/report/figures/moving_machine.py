@@ -16,7 +16,7 @@ from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.parameters.route.two_pulleys import as_machine
-from cabledrive.report.figures.sheet import Point, Sheet, draw_route
+from cabledrive.report.figures.sheet import Placer, Point, Sheet, draw_route
 from cabledrive.report.machine.rest import sag_of, tension_at
 from cabledrive.report.picture import CARD_WIDTH, WIDE
 
@@ -44,6 +44,13 @@ class DrawnSpan:
         normal = np.stack((tangent[:, 1], -tangent[:, 0]), axis=1)
         return np.asarray(self.points + displacement[:, None] * (normal if across else tangent))
 
+    def along(self, start: Array, end: Array) -> Array:
+        """What ends that move, (2,) each, y upwards, add along the span, even between them, (p, 2)."""
+        chord = self.points[-1] - self.points[0]
+        chord = chord / np.hypot(*chord)
+        first, last = (float(way @ (chord * (1.0, -1.0))) for way in (start, end))
+        return np.linspace(first, last, len(self.points))[:, None] * chord
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrawnPulley:
@@ -66,8 +73,16 @@ class DrawnMachine:
     size: Point
     spans: list[DrawnSpan]
     pulleys: list[DrawnPulley]
-    bodies: list[Point]  # where each is [px]
+    carriages: list[tuple[int, float, bool]]  # span of each, share of its way, whether it is guided
+    place: Placer  # of a point [m] on the sheet [px]
+    shown: RoutedDrive  # the machine in the coordinates of the drawing
     scale: float  # pixels of a metre
+
+    def draw_carriage(self, sheet: Sheet, number: int, points: Array) -> None:
+        """A carriage where its rope is; ``points``: of its span, (p, 2) [px]."""
+        _, share, guided = self.carriages[number]
+        x, y = (float(np.interp(share, np.linspace(0.0, 1.0, len(way)), way)) for way in points.T)
+        sheet.box((x, y) if guided else (x, y + 9.0), (14.0, 12.0), colour="green")
 
 
 def moving_machine(drive: Machine, mode: Mode | None) -> Markup:
@@ -104,10 +119,15 @@ def coordinates(drive: Machine) -> RoutedDrive:
     return replace(machine, pulley=tuple(turned))
 
 
-def draw_machine(sheet: Sheet, drive: Machine) -> DrawnMachine:
-    """Draw all but the spans, which sag to the scale of their length, with carriages where they hang."""
+def draw_machine(sheet: Sheet, drive: Machine, *, moves: bool = False) -> DrawnMachine:
+    """Draw all but the spans, which sag to the scale of their length, with carriages where they hang.
+
+    ``moves``: without what can move: carriages, bodies and what these carry.
+    """
     machine = as_machine(drive)
-    (width, height), place, shown = draw_route(sheet, coordinates(drive), WIDE, carriages=False)
+    (width, height), place, shown = draw_route(
+        sheet, coordinates(drive), WIDE, carriages=False, bodies=not moves
+    )
     spans, shares = list[DrawnSpan](), np.linspace(0.0, 1.0, POINTS)
     stretches = statics_of(machine, held=machine.turned).stretches
     for name, drawn, own in zip(drive.spans, shown.free_spans, stretches, strict=True):
@@ -120,22 +140,24 @@ def draw_machine(sheet: Sheet, drive: Machine) -> DrawnMachine:
         )
         scale = float(np.linalg.norm(chord.points[-1] - chord.points[0])) / length
         spans.append(replace(chord, points=chord.moved(scale * np.interp(at, *sag_of(own)))))
-    for (number, along), carriage in zip(machine.carriage_places, machine.carriage, strict=True):
-        share = along / machine.free_spans[number].length
-        x, y = (float(np.interp(share, shares, way)) for way in spans[number].points.T)
-        sheet.box((x, y) if carriage.guided else (x, y + 9.0), (14.0, 12.0), colour="green")
     scale = place((1.0, 0.0))[0] - place((0.0, 0.0))[0]  # pixels of a metre
     pulleys = [
         DrawnPulley(joint=own.name, centre=place(own.at), radius=scale * own.radius) for own in shown.pulley
     ]
     deepest = max(float(span.points[:, 1].max()) for span in spans)
-    return DrawnMachine(
+    carried = zip(machine.carriage_places, machine.carriage, strict=True)
+    found = DrawnMachine(
         size=(width, max(height, deepest + 12.0)),
         spans=spans,
         pulleys=pulleys,
-        bodies=[place(body.at) for body in shown.body],
+        carriages=[(i, along / machine.free_spans[i].length, one.guided) for (i, along), one in carried],
+        place=place,
+        shown=shown,
         scale=scale,
     )
+    for number, (span, *_) in enumerate(() if moves else found.carriages):
+        found.draw_carriage(sheet, number, spans[span].points)
+    return found
 
 
 def _coloured(sheet: Sheet, span: DrawnSpan, low: float, high: float) -> None:

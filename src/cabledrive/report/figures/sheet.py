@@ -94,9 +94,11 @@ Placer = Callable[[Metres], Point]
 
 
 def draw_route(
-    sheet: Sheet, drive: RoutedDrive, width: float, *, carriages: bool = True
+    sheet: Sheet, drive: RoutedDrive, width: float, *, carriages: bool = True, bodies: bool = True
 ) -> tuple[Point, Placer, RoutedDrive]:
-    """Draw all but the free spans on a sheet of a width [px]; without carriages names leave room for them.
+    """Draw all but the free spans on a sheet of a width [px].
+
+    Names leave room for carriages that are not drawn; of bodies that are not, what they carry is not either.
 
     Returns its size, the map of places, and the machine as it is drawn, whose spans are those of the machine.
     """
@@ -108,25 +110,25 @@ def draw_route(
         )
     words: list[_Words] = []
     for number, body in enumerate(drive.body):
-        sheet.line(*map(place, body_points(drive, number)), colour="faint", width=11.0)
-        sheet.box(place(body.at), (10.0, 10.0), colour="green")
+        if bodies:
+            sheet.line(*map(place, body_points(drive, number)), colour="faint", width=11.0)
+            sheet.box(place(body.at), (10.0, 10.0), colour="green")
         words.append(_Words(body.name, place(body.at), 10.0, "green"))
     for here, after in neighbours(drive):
-        _arc(sheet, here, after, place, scale)
+        if bodies or not (here.end.pulley is not None and drive.pulley[here.end.pulley].on):
+            _arc(sheet, here, after, place, scale)
     few = len(drive.pulley) <= FEW and width > CARD_WIDTH
     for number, pulley in enumerate(drive.pulley):
         driven = number in drive.driven
         centre, radius = place(pulley.at), max(scale * pulley.radius, SMALLEST)
-        sheet.circle(
-            centre, max(radius - 1.5, 1.5), colour="quiet", width=1.0, fill="line" if pulley.fixed else "card"
-        )
-        if driven:
-            sheet.circle(centre, 3.0, fill="ink")
+        if bodies or not pulley.on:
+            draw_pulley(sheet, centre, radius, fixed=pulley.fixed, driven=driven)
         if few or driven:
             name = f"{pulley.name}, motor" if driven else pulley.name
             words.append(_Words(name, centre, radius + 4.0, "ink" if driven else "quiet"))
     for anchor in drive.anchor:
-        sheet.circle(place(anchor.at), 3.0, fill="ink")
+        if bodies or not anchor.on:
+            sheet.circle(place(anchor.at), 3.0, fill="ink")
     boxes: list[_Box] = []
     for (span, along), carriage in zip(real.carriage_places, real.carriage, strict=True):
         share = along / real.free_spans[span].length
@@ -139,6 +141,13 @@ def draw_route(
     spans = [(place(first), place(last)) for first, last in (span.contacts for span in drive.free_spans)]
     _write(sheet, words, spans, boxes, size)
     return size, place, drive
+
+
+def draw_pulley(sheet: Sheet, centre: Point, radius: float, *, fixed: bool, driven: bool) -> None:
+    """A pulley of a radius [px]; one that a motor drives with a dot."""
+    sheet.circle(centre, max(radius - 1.5, 1.5), colour="quiet", width=1.0, fill="line" if fixed else "card")
+    if driven:
+        sheet.circle(centre, 3.0, fill="ink")
 
 
 class _Words(NamedTuple):
