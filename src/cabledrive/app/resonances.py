@@ -16,8 +16,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import InstabilityMargin, required_detuning
 from cabledrive.report.blocks import listed, table_text
 from cabledrive.report.machine.tables import ENDS, NEAR, PLANE, pairs_table, several
-from cabledrive.studies.alarm import AlarmResult
-from cabledrive.studies.motion_passages import Passage
+from cabledrive.studies.alarm import AlarmResult, Passage
 from cabledrive.studies.resonance_detuning import NO_EXCITATION, OF_A_MOTION, Remedy, ResonanceSummary
 from cabledrive.studies.resonance_map import SteadyBranch
 

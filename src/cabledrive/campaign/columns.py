@@ -12,6 +12,7 @@ from cabledrive.campaign.rows import plain_value
 from cabledrive.campaign.spec import CampaignSpec, settings_of
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.batch import ChainBatch, batch_of
+from cabledrive.modal.natural import is_straight
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.keys import varied_together
 
@@ -22,9 +23,9 @@ Found = tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]
 def plain_rows(
     spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
 ) -> tuple[NDArray[np.bool_], ChainBatch] | None:
-    """Which rows are loops of two turning pulleys without carriages, built as the first drive; None: none.
+    """Which rows are straight loops of two turning pulleys without carriages, built as the first drive.
 
-    Their chains beside; the others are computed one by one.
+    Their chains beside; the others are computed one by one. None: there is none.
     """
     base, found = next(iter(spec.drives.values())), dict[int, Any]()
     build = _build(base) if len(spec.drives) == 1 else None
@@ -36,7 +37,7 @@ def plain_rows(
     for i in range(rows if build is not None else 0):
         with suppress(InputRefused):
             drive = varied_together(base, {key: column[i] for key, column in given.items()})
-            if _build(drive) == build:
+            if _build(drive) == build and is_straight(drive):
                 found[i] = drive
     if not found:
         return None

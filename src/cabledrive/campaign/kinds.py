@@ -36,11 +36,11 @@ OF_BOTH_KINDS = {"transverse_hz", "certified", "certified_reason", "warnings", "
 
 
 def _modes(row: Row) -> Mapping[str, Any]:
-    from cabledrive.modal.natural import longitudinal_modes, modes
+    from cabledrive.modal.natural import is_straight, longitudinal_modes, modes
 
     count, motor = row.options.get("count", DEFAULT_COUNT), row.options.get("motor")
     if not OF_BOTH_KINDS & set(row.options["outputs"]):
-        along = longitudinal_modes(row.drive, count=count, motor=motor)
+        along = longitudinal_modes(row.drive, count=count, motor=motor, taut=is_straight(row.drive))
         return _longitudinal(along, count)
     found = modes(row.drive, count=count, motor=motor)
     return _longitudinal(found.longitudinal, count) | {

@@ -1,12 +1,14 @@
 """What is translated: the controller of a design, its plant, the loop of both, the cable in modes."""
 
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from cabledrive.control.controller_kernels import (
     PathState,
@@ -19,9 +21,8 @@ from cabledrive.control.controller_kernels import (
 from cabledrive.control.numbers import start_estimates
 from cabledrive.control.own_controller import stepped
 from cabledrive.control.reference import MotionNumbers, new_reference_state
-from cabledrive.export.block import Block, Variable, given, output, parameter
 from cabledrive.export.source import NOTE, ExportSource, plant_loop
-from cabledrive.export.translation.nodes import REAL, Precision, Scalar, Value, View
+from cabledrive.export.translation.nodes import REAL, Precision, Scalar, Value, View, mentions
 from cabledrive.export.translation.program import Program
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal.mode import LONGITUDINAL
@@ -30,6 +31,7 @@ from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.parameters.version import __version__
 from cabledrive.reduction.modal_cable import ModalCable, modal_cable
 from cabledrive.reduction.stretch_kernels import (
     cable_middle,
@@ -49,6 +51,69 @@ from cabledrive.rig.closed_loop.loop_kernels import (
 )
 from cabledrive.rig.laws.controller_file import ControllerFile
 from cabledrive.trajectories.limits import rise_coefficients
+
+SHELLS = {"controller": "law", "plant": "system", "loop": "system", "cable": "cable"}
+TEMPLATES = Environment(
+    loader=PackageLoader("cabledrive.export"), undefined=StrictUndefined, keep_trailing_newline=True
+)
+"""The shells around translated kernels, and models in other languages."""
+
+
+class Variable(NamedTuple):
+    """A variable of an FMU: ``causality`` "input", "output" or "parameter"; ``unit`` may be empty."""
+
+    causality: str
+    name: str
+    unit: str
+    about: str
+    start: float = 0.0
+
+
+given, output, parameter = (partial(Variable, causality) for causality in ("input", "output", "parameter"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Block:
+    """A controller, a plant, the loop of both, or a cable."""
+
+    what: str  # key of `SHELLS`
+    drive: str  # name of its drive
+    title: str
+    interval: float  # from one step to the next [s]
+    program: Program
+    words: Mapping[str, Any]  # what its templates name
+    variables: list[Variable]  # in the order of their reference numbers
+    notes: list[str]
+
+    @property
+    def file(self) -> str:
+        """Name of its header and source, without the ending."""
+        return f"cabledrive_{'law' if self.what == 'controller' else self.what}"
+
+    def rendered(self, template: str, **more: Any) -> str:
+        """A template in the block's words."""
+        precision = self.program.precision
+        words = {
+            "what": self.what,
+            "title": self.title,
+            "version": __version__,
+            "literal": precision.literal,
+            "single": precision.single,
+        }
+        return TEMPLATES.get_template(template).render(words | dict(self.words) | more)
+
+    def code(self) -> dict[str, str]:
+        """Header and source, with the few functions below the kernels that these use."""
+        program, shell = self.program, SHELLS[self.what]
+        functions = program.functions()
+        runtime = self.rendered("runtime.c.jinja", used=lambda name: mentions(functions, name))
+        words = {"structs": program.structs(), "functions": functions, "runtime": runtime}
+        tables = program.used_tables(self.rendered(f"{shell}.c.jinja", tables="", **words))
+        return {
+            f"{self.file}.{kind}": self.rendered(f"{shell}.{kind}.jinja", tables=tables, **words)
+            for kind in ("h", "c")
+        }
+
 
 GAINS = "numbers, arrays, or a tuple or NamedTuple of them"
 COMMANDED = (

@@ -13,8 +13,14 @@ import numpy as np
 from cabledrive.control.controller_kernels import PathState, path_row, start_target
 from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
 from cabledrive.control.reference_kernels import set_motion
-from cabledrive.export.block import Block
-from cabledrive.export.blocks import controller_block, new_loop, path_state, system_block, target_kernel
+from cabledrive.export.blocks import (
+    Block,
+    controller_block,
+    new_loop,
+    path_state,
+    system_block,
+    target_kernel,
+)
 from cabledrive.export.source import NOTE, ExportSource, plant_loop
 from cabledrive.export.translation.nodes import mentions
 from cabledrive.export.translation.source import interpreted

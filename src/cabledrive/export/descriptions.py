@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Tree
 
-from cabledrive.export.block import TEMPLATES
+from cabledrive.export.blocks import TEMPLATES
 from cabledrive.export.source import lumped_models
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import require_regular

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cabledrive.export.block import Block
+from cabledrive.export.blocks import Block
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-I.")
 MADE = (2000, 1, 1, 0, 0, 0)

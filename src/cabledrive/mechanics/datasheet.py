@@ -16,7 +16,7 @@ from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys, two_pulleys
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys, two_pulleys
 
 
 def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
@@ -210,19 +210,19 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
     """
     own = two_pulleys(drive)
     if own is None:
-        return (*route_warnings(as_machine(drive)), *_rotors(drive))
+        return (*route_warnings(drive.machine), *_rotors(drive))
     sheet = derived_quantities(own)
     checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _joint, _goal_and_sampling)
     lines = [line for check in checks for line in check(own, sheet)]
     rated = (own.cable.strength, own.cable.least_radius) != (None, None)
-    return (*lines, *_rotors(own), *(worn(as_machine(own)) if rated else ()))
+    return (*lines, *_rotors(own), *(worn(own.machine) if rated else ()))
 
 
 def warnings_of_rest(drive: Machine) -> tuple[str, ...]:
     """Warnings that touch what is said of vibrations, a line each: slack at rest, strain and sag."""
     own = two_pulleys(drive)
     if own is None:
-        return tuple(strained(as_machine(drive)))
+        return tuple(strained(drive.machine))
     sheet = derived_quantities(own)
     return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(own, sheet))
 
@@ -234,7 +234,7 @@ def sags(drive: Drive) -> bool:
 
 def largest_pretension(drive: Machine) -> float:
     """Pretension that strains the first rope to its ``strain_limit``, without one to `ELASTIC_RULE` [N]."""
-    rope = as_machine(drive).ropes[0]
+    rope = drive.machine.ropes[0]
     return (rope.strain_limit or ELASTIC_RULE) * rope.axial_rigidity
 
 

@@ -29,7 +29,7 @@ from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine, two_pulleys
+from cabledrive.parameters.route.two_pulleys import NAMES, two_pulleys
 
 FEWEST_SEGMENTS = 3
 MOST_SEGMENTS = 1_000_000
@@ -209,7 +209,7 @@ def mesh_of(drive: Machine, segments: int) -> Mesh:
 
     Refused: too few segments, or too many to be stored; `NotComputed` if no state of rest is found.
     """
-    machine, loop = as_machine(drive), two_pulleys(drive)
+    machine, loop = drive.machine, two_pulleys(drive)
     if loop is None:
         return divided(network_of(machine), segments)
     rest = loop_statics(loop)

@@ -22,7 +22,7 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics, at_rest
 from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine, require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import NAMES, require_two_pulleys
 
 
 @described
@@ -113,7 +113,7 @@ def loop_statics(drive: Drive, at_torque: float = 0.0) -> Statics:
 
 @lru_cache(maxsize=64)
 def _kept_state(drive: Drive, at_torque: float) -> tuple[Statics, RestState]:
-    machine, (first, last) = as_machine(drive), drive.pulley
+    machine, (first, last) = drive.machine, drive.pulley
     motion, torques = Motion(machine, hold=NAMES[:1]), dict[int, float]()
     if at_torque and not last.fixed:
         torques = {1: at_torque * last.radius / first.radius}

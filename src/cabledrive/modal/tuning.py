@@ -266,7 +266,7 @@ def tuning_factor(drive: Machine, number: int) -> float:
 
     Refused where weights or springs make the tension, or no rope bears it.
     """
-    factor, span = 1.0, as_machine(drive).spans[number]
+    factor, span = 1.0, drive.machine.spans[number]
     for _ in range(_STEPS):
         machine = as_machine(at_pretensions(drive, factor), turned=True)
         pulley, lowest = first_modes(network_of(machine))

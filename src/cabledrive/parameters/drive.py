@@ -13,7 +13,7 @@ from cabledrive.parameters.fields import choice, described, meaning, nearest
 from cabledrive.parameters.machine import MachineBase
 
 if TYPE_CHECKING:
-    from cabledrive.parameters.route.drive import Machine
+    from cabledrive.parameters.route.drive import Machine, RoutedDrive
 
 PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
 SENSE = -1.0
@@ -76,6 +76,13 @@ class Drive(MachineBase):
     def axis(self) -> Axis:
         """The axis that its motor moves: of a machine with routes, or its own load pulley."""
         return self.chain_of or Axis(machine=self, gain=SENSE, words={"motors": {"drive pulley": SENSE}})
+
+    @cached_property
+    def machine(self) -> "RoutedDrive":
+        """It as a machine with routes; where it is a lumped chain, the machine that has it."""
+        from cabledrive.parameters.route.two_pulleys import as_machine
+
+        return as_machine(self)
 
     @cached_property
     def span_length(self) -> float:

@@ -57,9 +57,7 @@ class MachineBase(Result):
         """
         from matplotlib import patches, pyplot
 
-        from cabledrive.parameters.route.two_pulleys import as_machine
-
-        machine = as_machine(self)  # type: ignore[arg-type]  # a drive, of whichever kind
+        machine = self.machine  # type: ignore[attr-defined]  # a drive, of whichever kind
         figure, axes = pyplot.subplots(layout="constrained")
         for span in machine.free_spans:
             axes.plot(*zip(*span.contacts, strict=True), color=f"C{span.route % 10}")

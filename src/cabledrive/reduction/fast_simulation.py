@@ -13,7 +13,7 @@ from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, not_written, one_process
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.stretches import StretchModel, numbers_of
 from cabledrive.reduction.uniform_tension import IntegratedMotion, integrate, uniform_tension_model
@@ -309,7 +309,7 @@ def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[A
         raise InputRefused(
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"
         )
-    rest = rest_of(mesh, [law] * len(mesh.pieces), gravity(as_machine(drive)))
+    rest = rest_of(mesh, [law] * len(mesh.pieces), gravity(drive.machine))
     place, speed, q, q_t = at_start(mesh, [law], rest, start, released_torque(mesh))
     sines = [_sines(mesh, field, model.slopes.size) for field in (place - rest.counted, speed)]
     moving = 4 if any(np.any(part[2:]) for part in sines) else 2

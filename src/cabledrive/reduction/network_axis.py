@@ -21,7 +21,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import Axis
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import RoutedMotor
-from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
+from cabledrive.parameters.route.two_pulleys import two_pulleys
 from cabledrive.reduction.lumped_chain import first_order
 from cabledrive.reduction.network_chain import MOST_CROSS, NetworkChain, modes_at_rest, network_chains
 from cabledrive.reduction.two_motors import is_winched
@@ -50,7 +50,7 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
             "--draws 100` (cd.track); compare, study, export and experiment take an axis that one motor moves"
         )
     try:
-        chains = network_chains(as_machine(drive))
+        chains = network_chains(drive.machine)
         found = [chain for chain in chains if axis in (None, chain.load)]
         if not found:
             known = ", ".join(chain.load for chain in chains)
@@ -137,7 +137,7 @@ def cross_motion(drive: Drive, torque: Array, interval: float) -> dict[str, Any]
     from scipy.signal import StateSpace, lsim
 
     other, motors = axis.words["other"], axis.words["motors"]
-    network = network_of(as_machine(axis.machine), motor=FREE)
+    network = network_of(axis.machine.machine, motor=FREE)
     turn = motor_turn(network, motors)
     signs = dict(zip(motors, (1.0, -next(reversed(motors.values()))), strict=True))
     held, place = motor_turn(network, signs), network.motion.dense(other)[0]

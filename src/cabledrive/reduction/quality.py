@@ -12,7 +12,6 @@ from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive, Lumped
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import (
     LumpedChain,
     highest_model,
@@ -95,7 +94,7 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
     Returns shape (m,) [rad/(N m)].
     """
     level, axis = replace(drive, layout=replace(drive.layout, gravity=0.0)), drive.axis
-    network = network_of(as_machine(distributed(level)), motor=FREE)
+    network = network_of(distributed(level).machine, motor=FREE)
     # The torque is that of all motors together, their angle the mean of theirs: one row for both.
     turn, load = (
         motor_turn(network, axis.words["motors"]),

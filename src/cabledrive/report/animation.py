@@ -17,7 +17,6 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine, Place, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.figures.moving_machine import (
     POINTS,
     DrawnMachine,
@@ -43,7 +42,7 @@ ANGLES = {"drive pulley": "drive_angle", "load pulley": "load_angle"}
 
 def frame_interval(drive: Machine) -> float:
     """Time between frames that shows the slowest piece of rope, as a string, in eighteen pictures [s]."""
-    return 2.0 * float(network_of(as_machine(drive)).time.max()) / 18.0
+    return 2.0 * float(network_of(drive.machine).time.max()) / 18.0
 
 
 def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[Markup, Markup]:
@@ -56,7 +55,7 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
         raise InputRefused(
             f"{len(result.fields)} whole fields kept, at least 2 are needed: run with Recording(fields=...)"
         )
-    machine, time = as_machine(drive), result.field_time[:MOST_FRAMES]
+    machine, time = drive.machine, result.field_time[:MOST_FRAMES]
     still = Sheet()
     drawn = draw_machine(still, drive, moves=True)
     turns = np.column_stack([_turn(pulley.joint, result, time) for pulley in drawn.pulleys])
@@ -303,7 +302,7 @@ def controlled_film(drive: Drive, run: Tracking) -> str:
     """
     if run.time.size < 2:
         raise InputRefused(f"the run ended at once: {run.incomplete}")
-    axis, machine = drive.axis, as_machine(drive.axis.machine)
+    axis, machine = drive.axis, drive.axis.machine.machine
     shown = np.unique(np.linspace(0, run.time.size - 1, FRAMES).astype(int))
     still = Sheet()
     drawn = draw_machine(still, machine)

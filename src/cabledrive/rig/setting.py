@@ -11,7 +11,6 @@ import numpy as np
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import check_fields, choice, described, meaning, nearest, quantity
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.parameters.units import to_si
 from cabledrive.trajectories import Trajectory, pulse
 
@@ -354,7 +353,7 @@ def check_run(
     if not cable and options.segments != RigOptions().segments:
         raise InputRefused(f"segments = {options.segments} divide the cable as plant: leave them out")
     if cable:  # by the steps that a wave along it asks for
-        machine = as_machine(drive.axis.machine)
+        machine = drive.axis.machine.machine
         speed = max(sqrt(rope.axial_rigidity / rope.density) for rope in machine.ropes)
         per_second = speed / max(span.length for span in machine.free_spans)
         most = int(sqrt(MOST_SEGMENT_STEPS / (2.0 * duration * per_second)))

@@ -15,7 +15,6 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.parts import require_within_travel
 from cabledrive.parameters.route.strain_free import place_of
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
@@ -123,7 +122,7 @@ def check_motion(drive: Drive, motion: Motion) -> None:
 
 def check_way(drive: Drive, angle: float) -> None:
     """Refuse a way of the load [rad] that leaves what its body may travel."""
-    machine, load = as_machine(drive.axis.machine), drive.axis.load
+    machine, load = drive.axis.machine.machine, drive.axis.load
     for body in machine.body:
         if body.name == load.rpartition(".")[0]:
             require_within_travel(body, place_of(machine, load) + drive.axis.per_angle * angle)

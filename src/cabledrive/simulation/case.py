@@ -1,16 +1,18 @@
 """Everything that is decided before the first step of a run of ropes, and how it is read."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from hashlib import sha256
+from math import log2
+from typing import Any
 
 import numpy as np
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.mechanics.mesh import Mesh, mesh_of
+from cabledrive.mechanics.mesh import FEWEST_SEGMENTS, Mesh, mesh_of
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gravity
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.ranges import ALLOWED, sag_words
@@ -18,7 +20,7 @@ from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (
     AXIAL_LOSS,
@@ -32,7 +34,7 @@ from cabledrive.simulation.channels import (
     channels_of,
     width_of,
 )
-from cabledrive.simulation.error_estimate import estimated_errors
+from cabledrive.simulation.keeping import Records
 from cabledrive.simulation.methods import (
     auxiliary,
     check_method,
@@ -45,6 +47,7 @@ from cabledrive.simulation.own_law import law_fingerprint, stiffness_over_limit,
 from cabledrive.simulation.plan import Plan, State, Workspace, copy_state, new_state, new_workspace
 from cabledrive.simulation.prepared import Outcome, PreparedRun, extremes_of, half_step_before, reached
 from cabledrive.simulation.result import SimulationResult, SlackEvent, neglected
+from cabledrive.simulation.run import integrate_run
 from cabledrive.simulation.signals import (
     CarriageForce,
     Function,
@@ -248,7 +251,7 @@ def case_of(
 ) -> RopeRun:
     """Check and prepare a run; what cannot be run is refused. Arguments as of `simulate`."""
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
-    machine, mesh = as_machine(drive), mesh_of(drive, scheme.segments)
+    machine, mesh = drive.machine, mesh_of(drive, scheme.segments)
     if not mesh.whole:
         check_routes(machine, scheme, recording, start)
     elif start.places or start.speeds:
@@ -300,4 +303,61 @@ def case_of(
         rest=rest,
         forces=pushes,
         start=new_state(plan, x, x_t, q, q_t),
+    )
+
+
+ORDER_AT_LEAST, ORDER_AT_MOST = 0.5, 2.0
+STILL = 1e-14
+"""Size up to which a motion is rounding [m], [rad]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """Estimated error of one quantity over the run."""
+
+    error: float  # largest estimated error, in the quantity's unit
+    relative: float  # the same over the quantity's largest size [-]; 0 if it did not move
+    order: float | None
+    """Order of convergence between the three resolutions; None if the differences do not fall."""
+
+
+def check_halves(scheme: Scheme) -> None:
+    """Refuse a run that has too few segments to be halved twice."""
+    if scheme.segments // 4 < FEWEST_SEGMENTS:
+        raise InputRefused(
+            f"segments = {scheme.segments}: an error estimate halves them twice and needs "
+            f"{4 * FEWEST_SEGMENTS}: use more"
+        )
+
+
+def estimated_errors(case: RopeRun, outcome: Outcome, columns: dict[str, int]) -> dict[str, Any] | None:
+    r"""Discretisation error of some columns of the records by Richardson's extrapolation, where asked for.
+
+    With the differences :math:`D_1 = |x_n - x_{n/2}|` and :math:`D_2 = |x_{n/2} - x_{n/4}|`, largest over the
+    records, the order seen is :math:`p = \log_2(D_2/D_1)`, and the error of :math:`x_n` about
+    :math:`D_1/(2^p - 1)`. The order is taken as at most 2 and at least 1/2, below which the runs do not
+    converge yet.
+
+    Returns segments of the runs compared, and the estimates by the names in ``columns``, as plain data.
+    """
+    if case.coarser is None or outcome.stopped is not None:
+        return None
+    counts = tuple(case.scheme.segments // n for n in (1, 2, 4))
+    coarser = [case.coarser(replace(case.scheme, segments=n, step=None)) for n in counts[1:]]
+    runs = [outcome.rows, *(integrate_run(own, Records(own)).rows for own in coarser)]
+    whole = min(len(run) for run in runs)
+    found = {name: _estimate(*(run[:whole, k] for run in runs)) for name, k in columns.items()}
+    return {"segments": list(counts), **{name: asdict(one) for name, one in found.items()}}
+
+
+def _estimate(fine: Array, middle: Array, coarse: Array) -> Estimate:
+    first = float(np.max(np.abs(fine - middle), initial=0.0))
+    second = float(np.max(np.abs(middle - coarse), initial=0.0))
+    size = float(np.max(np.abs(fine), initial=0.0))
+    seen = log2(second / first) if first > 0.0 and second > 0.0 else None
+    order = min(max(seen or ORDER_AT_LEAST, ORDER_AT_LEAST), ORDER_AT_MOST)
+    error = first / (2.0**order - 1.0)
+    converges = seen is not None and seen > ORDER_AT_LEAST
+    return Estimate(
+        error=error, relative=error / size if size > STILL else 0.0, order=seen if converges else None
     )

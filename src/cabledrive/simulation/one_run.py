@@ -9,9 +9,7 @@ from typing import Any
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
-from cabledrive.simulation.case import case_of
-from cabledrive.simulation.error_estimate import check_halves
+from cabledrive.simulation.case import case_of, check_halves
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.run import keep_run
 from cabledrive.simulation.signals import CarriageForce, Function, Signal
@@ -98,7 +96,7 @@ def simulate(
     if travel:
         if forces or error_estimate:
             raise InputRefused("travel goes without forces and error_estimate: leave them out")
-        case = travel_case(as_machine(drive), duration, move=None if travel is True else travel, **asked)
+        case = travel_case(drive.machine, duration, move=None if travel is True else travel, **asked)
     else:
         prepare = partial(case_of, drive, duration, forces=forces)
         case = prepare(**asked)

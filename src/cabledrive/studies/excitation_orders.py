@@ -19,7 +19,6 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.studies.mode_map import Grid, Mode, distinct, over
 
 MARGIN = 0.05
@@ -102,7 +101,7 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
 
 def frequency_per_speed(drive: Machine, order: Order, coordinate: str) -> float:
     """Frequency of an excitation per unit speed of a coordinate [Hz s/m], [Hz s/rad]."""
-    found = rates(as_machine(drive), coordinate)
+    found = rates(drive.machine, coordinate)
     part = order.pulley or order.coordinate or ""
     require_known(part[:60], found, f'order {order.name}: "{part[:60]}" is no coordinate')
     turns = order.number / (2 * np.pi) if order.pulley is not None else 1.0 / order.length

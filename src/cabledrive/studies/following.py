@@ -22,7 +22,6 @@ from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.keys import quantity_of, varied_together
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +83,7 @@ class Follower:
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
             drive = self._drive_at(value)
-            modes = natural.longitudinal_modes(drive, count=count)
+            modes = natural.longitudinal_modes(drive, count=count, taut=natural.is_straight(drive))
             repeats = [mode.multiplicity for mode in modes]
             frequency = np.repeat([mode.frequency for mode in modes], repeats)
             family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
@@ -138,7 +137,7 @@ class Follower:
 
 def mass_weighted_shapes(drive: Machine, modes: tuple[Mode, ...], cells: int) -> Array:
     """Shapes as unit vectors whose products are those of the kinetic energy, shape (n, shapes)."""
-    machine, network = as_machine(drive), modes[0].network
+    machine, network = drive.machine, modes[0].network
     masses = [own for own in network.fixed if own.kind == MASS]
     spans = []
     for name, span in zip(drive.spans, machine.free_spans, strict=True):
@@ -324,7 +323,7 @@ def frequency_against(
     NotComputed
         If the modes cannot be followed.
     """
-    if any(route.speed for route in as_machine(drive).route):
+    if any(route.speed for route in drive.machine.route):
         raise InputRefused("a rope that runs (route.speed) has waves for shapes: set its speed to 0")
     unit, meaning = quantity_of(drive, key)
     array = np.asarray(values, dtype=float)

@@ -14,7 +14,6 @@ from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.keys import quantity_of, varied_together
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.studies.following import stamped
 
 if TYPE_CHECKING:
@@ -210,7 +209,7 @@ def _variables(drive: Machine, found: Modes | None, count: int) -> dict[str, Any
 
 def coordinates_of(drive: Machine) -> tuple[str, ...]:
     """Moves of the bodies of a machine, such as "head.x"."""
-    return tuple(f"{body.name}.{move}" for body in as_machine(drive).body for move in body.moves)
+    return tuple(f"{body.name}.{move}" for body in drive.machine.body for move in body.moves)
 
 
 def frequency_of_coordinate(found: Modes, name: str) -> float:

@@ -20,7 +20,7 @@ from cabledrive.modal.tuning import (
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys, two_pulleys
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys, two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model, split_tunings
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
@@ -99,7 +99,7 @@ def resonance(
     if load_torque and own is not None and sags(own):
         raise InputRefused("load_torque is for a straight cable, and a span sags: see `check`; leave it out")
     if not load_torque and (own is None or sags(own)):
-        found = resonance_of_pairs(own or as_machine(machine), torque, details=details)
+        found = resonance_of_pairs(own or machine.machine, torque, details=details)
         return replace(found, left_out=(*found.left_out, *(warnings_of_rest(own) if own else ())))
     drive = require_two_pulleys(machine, "`resonance` under a load torque")
     most = drive.load_pulley.radius * largest_pretension(drive)
@@ -308,14 +308,14 @@ def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
 def _pretension(drive: Machine, safe: Callable[[Any], bool], raised: bool, trials: int = TRIALS) -> Remedy:
     """All pretensions higher or lower, in proportion, within the elastic range of the ropes."""
     words, sign = ("raise", 1) if raised else ("lower", -1)
-    given = next((rope.pretension for rope in as_machine(drive).ropes if rope.pretension), 0.0)
+    given = next((rope.pretension for rope in drive.machine.ropes if rope.pretension), 0.0)
 
     def trial(share: float) -> Any:
         return at_pretensions(drive, (1.0 + share) ** sign)
 
     def fits(one: Any) -> bool:
         try:
-            return not any(strained(as_machine(one))) and safe(one)
+            return not any(strained(one.machine)) and safe(one)
         except InputRefused:  # weights take a span's tension away
             return False
 

@@ -8,7 +8,7 @@ from cabledrive.app.options import machine_argument, opt, saves_answer, subcomma
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
@@ -96,7 +96,7 @@ def command(
     unsafe = region is not None and {found.verdict, region.verdict} <= {RESONANT, NEAR}
     changes = remedies(loop, acting, load_torque) if unsafe else ()
     if region is None and found.verdict in (RESONANT, NEAR):
-        changes = pair_remedies(as_machine(drive), found)
+        changes = pair_remedies(drive.machine, found)
     if motion_file is not None:
         motion = read_motion(motion_file, drive)
         judged = alarm(drive, motion, floor=floor, limit=limit)

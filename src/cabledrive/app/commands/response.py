@@ -9,7 +9,6 @@ from cabledrive.app.combinations import HOW_READ, Chooser, refuse_given, refuse_
 from cabledrive.app.options import argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive, packaged_drives
-from cabledrive.parameters.route.two_pulleys import as_machine
 
 if TYPE_CHECKING:
     from cabledrive.identification.signals import FrequencyResponse
@@ -146,7 +145,7 @@ def response_of_machine(
     from cabledrive.modal.ranges import route_range_warnings
 
     stated = load_drive(source)
-    drive = as_machine(stated)
+    drive = stated.machine
     force_on = force_on or (drive.pulley[drive.driven[0]].name if drive.motor else None)
     if force_on is None:
         raise InputRefused("a machine without a motor: name the coordinate that is pushed with --input")

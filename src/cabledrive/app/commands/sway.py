@@ -3,7 +3,6 @@
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 
 METHOD = "strings under their weight, ends moving with the building"
 NOTE = "Steady state across the plane of the machine; ropes touch nothing, the building's shape is straight"
@@ -31,7 +30,7 @@ def command(
     from cabledrive.report.blocks import table, table_text
     from cabledrive.studies.sway import STEEP, sway
 
-    machine = as_machine(drive)
+    machine = drive.machine
     found = sway(machine, building, amplitude, vary_of(machine, (text,)) if text else None)
     key = found.keys[0] if found.keys else ""
     top, bottom = (quantity(height, "m", 4) for height in (found.top, found.bottom))

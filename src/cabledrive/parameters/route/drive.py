@@ -61,6 +61,11 @@ class RoutedDrive(MachineBase):
         self.free_spans  # noqa: B018
         self.carriage_places  # noqa: B018
 
+    @property
+    def machine(self) -> "RoutedDrive":
+        """Itself, as `Drive.machine` has it."""
+        return self
+
     @cached_property
     def ropes(self) -> tuple[Rope, ...]:
         """The rope of each route."""

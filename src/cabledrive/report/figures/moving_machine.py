@@ -15,7 +15,6 @@ from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.figures.sheet import Placer, Point, Sheet, draw_route
 from cabledrive.report.machine.rest import sag_of, tension_at
 from cabledrive.report.picture import CARD_WIDTH, WIDE
@@ -111,7 +110,7 @@ def sketch(drive: Machine) -> Markup:
 
 def coordinates(drive: Machine) -> RoutedDrive:
     """A machine in coordinates; one of pulleys alone level or upright as it mostly stands."""
-    machine = as_machine(drive)
+    machine = drive.machine
     if machine.body or machine.anchor or abs(machine.layout.inclination) < pi / 4:
         return machine
     up = 1.0 if machine.layout.inclination > 0.0 else -1.0
@@ -124,7 +123,7 @@ def draw_machine(sheet: Sheet, drive: Machine, *, moves: bool = False) -> DrawnM
 
     ``moves``: without what can move: carriages, bodies and what these carry.
     """
-    machine = as_machine(drive)
+    machine = drive.machine
     (width, height), place, shown = draw_route(
         sheet, coordinates(drive), WIDE, carriages=False, bodies=not moves
     )

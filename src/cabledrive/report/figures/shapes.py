@@ -10,7 +10,6 @@ from cabledrive.answers.figures import number
 from cabledrive.modal import Mode
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.picture import Hue, picture, text_width
 
 if TYPE_CHECKING:
@@ -63,7 +62,7 @@ def shapes_picture(name: str, drive: Machine, modes: Sequence[Mode]) -> Markup:
 
 def draw_mode(axes: "Axes", drive: Machine, mode: Mode, *, last: bool = False) -> None:
     """One mode along the unrolled ropes, one behind the other; the last panel names the places."""
-    shapes, machine = unrolled(mode), as_machine(drive)
+    shapes, machine = unrolled(mode), drive.machine
     whole = sum(float(at[-1]) for at, _ in shapes.values())
     carried = sorted({(p.span, p.start) for p in mode.network.pieces if p.start > 0.0})
     sizes = [5.0 if many <= FEW else 3.0 if many <= MANY else 0.0 for many in (len(carried), len(shapes))]

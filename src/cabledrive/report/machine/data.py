@@ -15,7 +15,6 @@ from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.modal.natural import spectrum_of
 from cabledrive.parameters import Cable, InputRefused, NotComputed
 from cabledrive.parameters.route import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
 from cabledrive.report.figures.moving_machine import coordinates, moving_machine
@@ -124,7 +123,7 @@ class DataSheet(NamedTuple):
 
 def stated_wraps(drive: Machine) -> dict[str, float]:
     """Angles of wrap that the file has, beside its coordinates, by the name of the pulley [rad]."""
-    both = zip(as_machine(drive).pulley, drive.pulley, strict=True)
+    both = zip(drive.machine.pulley, drive.pulley, strict=True)
     found = ((named.name, getattr(own, "wrap_angle", None)) for named, own in both)
     return {name: wrap for name, wrap in found if wrap is not None}
 
@@ -158,7 +157,7 @@ def _of_ropes(machine: RoutedDrive, statics: Statics) -> tuple[dict[str, Any], d
 
 def data_sheet(drive: Machine) -> DataSheet:
     """Derived quantities of a machine, and its spans by the names that modes have."""
-    machine, derived = as_machine(drive), derived_with_lowest(drive)
+    machine, derived = drive.machine, derived_with_lowest(drive)
     statics = statics_of(machine, held=machine.turned)
     if "slack_torque" not in derived:
         found, why = _of_ropes(machine, statics)

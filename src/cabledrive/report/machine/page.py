@@ -7,7 +7,7 @@ from cabledrive.mechanics import drive_warnings
 from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
+from cabledrive.parameters.route.two_pulleys import two_pulleys
 from cabledrive.report.blocks import Block, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import sketch
@@ -97,7 +97,7 @@ def _sections(drive: Machine, name: str, pairs: Table | None) -> Iterator[Sectio
     sheet, loop = data_sheet(drive), two_pulleys(drive)
     parts: tuple[tuple[str, str, Sequence[Block | None], str], ...] = (
         ("At rest, under gravity", "rest", rest_blocks(drive, name), HANGING),
-        ("Over the travel", "travel", tuple(travel_figures(as_machine(drive), name)), ""),
+        ("Over the travel", "travel", tuple(travel_figures(drive.machine, name)), ""),
         ("Pairs near internal resonance", "pairs", (pairs,), ""),
         ("Spans and pulleys", "spans", sheet.tables, ""),
         ("What simpler formulas give", "simple", () if loop is None else (simple_models_table(loop),), ""),

@@ -6,7 +6,6 @@ from itertools import chain
 from cabledrive.answers.figures import figures_of, number, quantity
 from cabledrive.mechanics.holding import released
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.quality import distributed
 from cabledrive.report.animation import animation_svg
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph, RowGroup, Table, pictured, table
@@ -33,7 +32,7 @@ def machine_in_motion(result: StudyResult) -> Block:
     duration, motors = motion.trajectory.duration, drive.axis.words["motors"]
     time, torque = motion_torque(drive, motion)
     try:
-        machine = released(as_machine(distributed(drive)))
+        machine = released(distributed(drive).machine)
         scheme = Scheme(slack="tension-only", segments=SEGMENTS)
         recording = Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES)))
         case = case_of(machine, duration, scheme=scheme, recording=recording)

@@ -9,7 +9,6 @@ import numpy as np
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import drive_like
@@ -41,7 +40,7 @@ def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
 
     What motors have not to give of less friction is taken from all that rubs before the load.
     """
-    axis, machine = drive.axis, as_machine(drive.axis.machine)
+    axis, machine = drive.axis, drive.axis.machine.machine
     usual, gain, motors = _chain_of(machine, axis.load), abs(axis.gain), len(machine.motor)
     more = {name: _more(chain, usual, name) for name in ("inertias", "viscous", "coulomb")}
 

@@ -9,7 +9,6 @@ from cabledrive.mechanics.holding import released
 from cabledrive.modal import modes
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.route.strain_free import place_of
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.lumped_chain import highest_model
 from cabledrive.reduction.quality import ModelQuality, distributed, model_quality
 from cabledrive.reduction.threshold import RESONANT
@@ -213,7 +212,7 @@ def planned_motion(drive: Drive, motion: Motion, samples: int) -> PlannedMotion:
     Coulomb friction is in it where `alarm` takes that from the file, of two pulleys alone.
     """
     axis = drive.axis
-    machine, motors = as_machine(axis.machine), axis.words["motors"]
+    machine, motors = axis.machine.machine, axis.words["motors"]
     time, torque = motion_torque(drive, motion, samples, rubbing=not drive.chain_of)
     first, *others = (sign * torque / len(motors) for sign in motors.values())
     moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
