@@ -1,6 +1,5 @@
 """From the drive to its chains: what moves along the cable, and what moves across it."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from math import sqrt
@@ -8,39 +7,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cabledrive.mechanics.chain import HOLDING_SPRING, MOTOR_JOINT, Chain, LabelledChain, Pendant, Stretch
-from cabledrive.mechanics.holding import (
-    DRIVE_PULLEY,
-    HELD,
-    HOLDING,
-    LOAD_PULLEY,
-    MOTOR,
-    PULLEYS,
-    held_joints,
-    motor_condition,
-    span_stiffness,
-)
+from cabledrive.mechanics.chain import HOLDING_SPRING, Chain, LabelledChain, Pendant, Stretch
+from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, PULLEYS, span_stiffness
 from cabledrive.mechanics.rest import RestingSection, RestState
 from cabledrive.parameters import Drive, NotComputed
 
 
-def longitudinal_chains(
-    drive: Drive, *, motor: str | None = None, hold: Sequence[str] = ()
-) -> tuple[LabelledChain, ...]:
-    """Chains that carry the longitudinal motion of a drive: one, or several where held joints part the cable.
+def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
+    """Chains that carry the longitudinal motion of a drive: one, or two where fixed pulleys part the cable.
 
     Pulleys enter with J / r^2, carriages with their mass; a rigidly joined motor adds to its pulley, one
     behind a flexible joint hangs on the drive pulley as spring and mass. Force balance at the joints is that
     of Eqs. (3.9), (3.16), (3.22), (3.37), with EA per unstretched metre. A holding stiffness is a spring from
-    the rotor to the ground; the joint of a held rotor is one from the drive pulley to the ground.
-
-    ``motor``, {"free", "held", "holding"}: see `motor_condition`; ``hold``: pulleys and carriages that are
-    held as well. Raises `InputRefused` if one of them does not fit the drive.
+    the rotor to the ground.
     """
-    condition, held = motor_condition(drive, motor), held_joints(drive, hold)
-    held |= {name for name, pulley in zip(PULLEYS, drive.pulley, strict=True) if pulley.fixed}
-    if condition == HELD and (drive.motor is None or drive.motor.joint_stiffness is None):
-        held |= {DRIVE_PULLEY}
+    held = frozenset(name for name, pulley in zip(PULLEYS, drive.pulley, strict=True) if pulley.fixed)
     pieces = [pair for span in drive.spans for pair in pairwise(_span(drive, span))]
     starts = [number for number, (joint, _) in enumerate(pieces) if joint.name in held]
     if drive.kind == "line":
@@ -51,14 +32,13 @@ def longitudinal_chains(
         bounds = [start - starts[0] for start in starts] + [len(pieces)]
         runs = [around[first:last] for first, last in pairwise(bounds)]
     else:
-        return (_longitudinal(drive, pieces, condition, closed=True),)
+        return (_longitudinal(drive, pieces, closed=True),)
     with_drive = next(
         (number for number, run in enumerate(runs) if DRIVE_PULLEY in {j.name for pair in run for j in pair}),
         0,
     )
     return tuple(
-        _longitudinal(drive, run, condition, held=held, driven=number == with_drive)
-        for number, run in enumerate(runs)
+        _longitudinal(drive, run, held=held, driven=number == with_drive) for number, run in enumerate(runs)
     )
 
 
@@ -167,7 +147,6 @@ def _span(drive: Drive, span: str) -> list[_Joint]:
 def _longitudinal(
     drive: Drive,
     pieces: list[tuple[_Joint, _Joint]],
-    condition: str,
     *,
     closed: bool = False,
     held: frozenset[str] = frozenset(),
@@ -182,17 +161,13 @@ def _longitudinal(
     if not driven or DRIVE_PULLEY not in names or motor is None:
         return labelled
     place, joint = names.index(DRIVE_PULLEY), motor.joint_stiffness
-    holding, ground = 0.0, ""
-    if condition == HOLDING:
-        assert motor.holding_stiffness is not None
-        holding, ground = motor.holding_stiffness / square, HOLDING_SPRING
-    if joint is not None and condition != HELD:
+    holding = (motor.holding_stiffness or 0.0) / square
+    ground = HOLDING_SPRING if holding else ""
+    if joint is not None:
         mass = motor.inertia / square
         pendant = Pendant(stiffness=joint / square, mass=mass, joint=place, ground=holding)
         chain = replace(labelled.chain, pendants=(pendant,))
         return replace(labelled, chain=chain, joints=(*names, MOTOR), ground=ground)
-    if joint is not None:
-        holding, ground = joint / square, MOTOR_JOINT
     if holding:
         grounds = np.zeros(len(joints))
         grounds[place] = holding
