@@ -10,7 +10,7 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.threshold import pulley_amplitude
-from reproduction.averaged_against_exact import ForcedCase, SeenMotion, envelope, exact_motion
+from reproduction.forced_motion import ForcedCase, SeenMotion, envelope, exact_motion
 from reproduction.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
 from reproduction.items import Found, Outcome
 from reproduction.panel import Panel, panel

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import AutoparametricModel, at_pretension, autoparametric_model
-from cabledrive.reduction.averaging import averaged_coefficients, averaged_rates
+from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.transverse_sections import TransverseMode
 from cabledrive.studies.resonance import resonance
 from network_samples import without_gravity
@@ -81,8 +81,7 @@ def _tuned_coefficients():
 
 def one_span(c):
     """The same coefficients without the second section."""
-    single = ("feedback", "pump", "drift", "passive", "back_third", "third", "offset")
-    single += ("transverse_detuning", "transverse_damping")
+    single = ("feedback", "pump", "drift", "transverse_detuning", "transverse_damping")
     cut = {name: getattr(c, name)[:1] for name in single}
     return c._replace(**cut, cubic=c.cubic[:1, :1], static=c.static[:1, :1])
 
@@ -130,12 +129,12 @@ def damped_loop():
     return replace(drive, cable=cable, pulley=pulleys)
 
 
-def averaged_step(c, state, t, h, *, second=False):
+def averaged_step(slow, state, t, h):
     """State of the averaged equations a step of Runge and Kutta after the instant t."""
-    one = averaged_rates(c, state, t, second=second)
-    two = averaged_rates(c, state + 0.5 * h * one, t + 0.5 * h, second=second)
-    three = averaged_rates(c, state + 0.5 * h * two, t + 0.5 * h, second=second)
-    four = averaged_rates(c, state + h * three, t + h, second=second)
+    one = slow.rates(state, t)
+    two = slow.rates(state + 0.5 * h * one, t + 0.5 * h)
+    three = slow.rates(state + 0.5 * h * two, t + 0.5 * h)
+    four = slow.rates(state + h * three, t + h)
     return state + h / 6 * (one + 2 * two + 2 * three + four)
 
 

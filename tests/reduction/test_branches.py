@@ -3,12 +3,21 @@
 import numpy as np
 import pytest
 import sympy as sp
-from reproduction.averaged_against_exact import exchange_period, largest_exchange
 
 from cabledrive.reduction import averaging
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.continuation import follow_branch
 from cabledrive.reduction.threshold import growth_rates
+from oracles.averaged_motion import (
+    Motion,
+    Slow,
+    exchange_period,
+    largest_exchange,
+    plucked,
+    reconstruct,
+    start_of,
+    triangle_stretch,
+)
 from resonance_samples import (
     TUNED,
     averaged_step,
@@ -26,9 +35,7 @@ def problem(c):
     """Residual and Jacobian of the averaged equations over the force."""
 
     def residual(x, force):
-        return real(
-            averaging.averaged_rates(c._replace(force=np.array(force + 0j)), complex_of(x), second=False)
-        )
+        return real(averaging.averaged_rates(c._replace(force=np.array(force + 0j)), complex_of(x)))
 
     def slope(x, force):
         return averaging.jacobian(c._replace(force=np.array(force + 0j)), complex_of(x))
@@ -62,7 +69,7 @@ def test_closed_steady_states_stand_still(kind):
         c = random_settings(rng)
         for squared in averaging.steady_amplitudes(c, kind):
             state = averaging.steady_state(c, squared, kind)
-            rates = averaging.averaged_rates(c, state, second=False)
+            rates = averaging.averaged_rates(c, state)
             worst, found = max(worst, np.max(np.abs(rates)) / (20 * np.max(np.abs(state)))), found + 1
     assert found > 100
     assert worst < 1e-14, f"{worst:.1e}"
@@ -118,7 +125,7 @@ def test_a_stable_branch_is_where_time_integration_ends(measured):
     assert np.max(np.linalg.eigvals(averaging.jacobian(c, state)).real) < 0
     end = state * (1.05 + 0.02j)
     for n in range(18_000):
-        end = averaged_step(c, end, 1e-3 * n, 1e-3)
+        end = averaged_step(Slow(c, second=False), end, 1e-3 * n, 1e-3)
     moving = np.abs(state) > 1e-9
     apart = np.max(np.abs(np.abs(end[moving]) / np.abs(state[moving]) - 1.0))
     measured(f"amplitudes after 18 s within {apart:.1e} of the branch")
@@ -154,6 +161,7 @@ def projected_residual(size, second):
     )
     c = averaging.averaged_coefficients(model, torque=1.1 * size**2, forcing=2.0)
     start = size * np.array([0.6 - 0.8j, 0.9 + 0.3j, -0.5 + 1.1j])
+    slow = Slow(c, second=second)
     instants, h = 2 * np.pi * np.arange(64) / 64, 1e-3
 
     def motion(t):
@@ -161,8 +169,8 @@ def projected_residual(size, second):
         state = start
         for n in range(steps):
             d, at = t / steps, n * t / steps
-            state = averaged_step(c, state, at, d, second=second)
-        m = averaging.reconstruct(c, state, t, second=second)
+            state = averaged_step(slow, state, at, d)
+        m = reconstruct(slow, state, t)
         return np.append(m.q, m.a), np.append(m.q_rate, m.a_rate)
 
     left = np.zeros(3, dtype=complex)
@@ -221,13 +229,10 @@ def test_elastic_pendulum_swings_up_at_three_quarters_of_its_stroke(measured):
 
 @pytest.mark.parametrize("second", [False, True])
 def test_start_map_reproduces_the_motion_at_rest(second):
-    c = averaging.averaged_coefficients(
-        autoparametric_model(damped(2.0, 10.0)), torque=0.03, passive=[2e-7, 1e-7]
-    )
-    rest = averaging.Motion(
-        q=np.array(0.0), q_rate=np.array(0.0), a=np.array([3e-3, -1e-3]), a_rate=np.zeros(2)
-    )
-    found = averaging.reconstruct(c, averaging.start_of(c, rest, second=second), 0.0, second=second)
+    c = averaging.averaged_coefficients(autoparametric_model(damped(2.0, 10.0)), torque=0.03)
+    slow = Slow(c, np.array([2e-7, 1e-7]), second=second)
+    rest = Motion(q=np.array(0.0), q_rate=np.array(0.0), a=np.array([3e-3, -1e-3]), a_rate=np.zeros(2))
+    found = reconstruct(slow, start_of(slow, rest), 0.0)
     np.testing.assert_allclose(found.a, rest.a, atol=1e-12)
     assert abs(found.q) < 1e-14
     assert np.max(np.abs(found.a_rate)) < 1e-10 * 250
@@ -237,15 +242,15 @@ def test_start_map_reproduces_the_motion_at_rest(second):
 def test_a_pluck_at_rest_starts_from_a_real_pulley_amplitude():
     """Q(0) cancels the static rotation lq a^2 / (2 W^2): starting from zero would miss it."""
     c = averaging.averaged_coefficients(autoparametric_model(TUNED))
-    state = averaging.plucked(c, [4e-3, 0.0])
-    assert state[0].real == pytest.approx(c.offset[0] * 16e-6, rel=0.02)
+    state = plucked(Slow(c), [4e-3, 0.0])
+    assert state[0].real == pytest.approx(0.5 * c.static[0, 0] / c.pump[0] * 16e-6, rel=0.02)
 
 
 def test_stretch_of_a_triangle_beyond_its_first_mode():
     m = np.arange(3, 20_001, 2)
     total = np.sum(m**2 * (8 / np.pi**2 / m**2) ** 2)
-    assert averaging.triangle_stretch(1.0) == pytest.approx(total, abs=5e-5)
-    assert averaging.triangle_stretch(1.0) == pytest.approx(0.1535, abs=1e-4)
+    assert triangle_stretch(1.0) == pytest.approx(total, abs=5e-5)
+    assert triangle_stretch(1.0) == pytest.approx(0.1535, abs=1e-4)
 
 
 def test_averaged_equations_swap_in_the_closed_period():
@@ -259,7 +264,7 @@ def test_averaged_equations_swap_in_the_closed_period():
     steps = 2000
     h, state, most = exchange_period(model, a, b) / steps, np.array([0, a, b], dtype=complex), 0.0
     for n in range(steps):
-        state = averaged_step(c, state, n * h, h)
+        state = averaged_step(Slow(c, second=False), state, n * h, h)
         most = max(most, abs(state[0]))
         if n + 1 == steps // 2:
             np.testing.assert_allclose(np.abs(state), [0, b, a], atol=1e-9)

@@ -4,19 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reproduction.averaged_against_exact import averaged_history
 from reproduction.tension_sweep import Sweep, onset, onset_by_growth_integral, swept_amplitude
 
 import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
-from cabledrive.reduction.threshold import CLOSE, instability_margin, threshold_torque
+from cabledrive.reduction.threshold import CLOSE, instability_margin
 from cabledrive.report.map_page import resonance_map_page, spot_check_line
 from cabledrive.simulation import Pluck, Recording, Scheme
 from cabledrive.simulation.signals import Sine
 from cabledrive.studies.resonance import remedies, resonance
 from cabledrive.studies.resonance_map import growth_map, spot_checks, steady_branches
+from oracles.averaged_motion import Slow, averaged_history
 from resonance_samples import at_detunings, damped, settings_pair
 
 
@@ -224,7 +224,7 @@ def test_a_tenth_of_a_millinewton_metre_parts_the_spans_and_time_finds_them_so(m
     assert both.onset is not None
     c = averaged_coefficients(autoparametric_model(DRIVE, load_torque=LOAD), torque=PUSHED, drift=False)
     start = np.array([1e-4, 1.5e-3, 2.5e-3j])
-    states = averaged_history(c, start, np.array([0.0, 16.0]), second=False)
+    states = averaged_history(Slow(c, second=False), start, np.array([0.0, 16.0]))
     apart = np.max(np.abs(np.abs(states[:, -1]) / found[:3] - 1.0))
     measured(f"amplitudes in time within {apart:.1e} of the branch")
     np.testing.assert_allclose(np.abs(states[:, -1]), found[:3], rtol=2e-3)
@@ -238,8 +238,9 @@ def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_d
     drive, forcing = at_detunings(damped(2.0, 2.0), transverse, pulley)
     upper = steady_branches(drive, PUSHED, np.random.default_rng(0), forcing=forcing)[0]
     model = autoparametric_model(drive)
-    threshold = float(threshold_torque(model, forcing, second=False))
     c = settings_pair(averaged_coefficients(model, torque=PUSHED, forcing=forcing, drift=False))
+    pumping = np.hypot(0.5 * c.transverse_damping, c.transverse_detuning) / np.abs(c.pump)  # to first order
+    threshold = PUSHED * float(np.min(pumping) * abs(-0.5 * c.damping + 1j * c.detuning) / np.abs(c.force))
     closed = fold(c, "one")
     expected = [] if closed is None else [closed[0] * PUSHED / float(np.abs(c.force))]
     apart = [abs(seen / closed - 1.0) for seen, closed in zip(upper.folds, expected, strict=False)]

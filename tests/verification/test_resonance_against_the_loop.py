@@ -2,19 +2,18 @@
 
 import numpy as np
 import pytest
-from reproduction.averaged_against_exact import (
-    ForcedCase,
-    averaged_motion,
-    disagreement,
-    exact_motion,
-    exchange_period,
-    largest_exchange,
-    own_sensitivity,
-)
+from reproduction.forced_motion import ForcedCase, exact_motion
 
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
+from oracles.averaged_motion import (
+    averaged_motion,
+    disagreement,
+    exchange_period,
+    largest_exchange,
+    own_sensitivity,
+)
 from resonance_samples import TUNED, at_detunings, damped
 
 SHARP = 0.01

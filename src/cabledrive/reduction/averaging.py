@@ -1,4 +1,4 @@
-r"""Averaged equations of the internal resonance, their steady states, and what can be seen of them.
+r"""Averaged equations of the internal resonance and their steady states.
 
 With forcing :math:`\tau\sin\Omega t`, :math:`\nu = \Omega/2`,
 :math:`q = \operatorname{Re} Qe^{i\Omega t} + q_0` and
@@ -11,12 +11,7 @@ With forcing :math:`\tau\sin\Omega t`, :math:`\nu = \Omega/2`,
 
 with :math:`\alpha_j = G_j/(4\Omega M)`, :math:`k_j = G_j/(2\nu m_j)`, :math:`n_{jk} = N_{jk}/(2\nu m_j)` and,
 from the static rotation :math:`q_0 = -\sum_k G_k|z_k|^2/(2MW^2)` of the pulleys, :math:`d_{jk} = G_jG_k/(2\nu
-m_jMW^2)`. To second order, Eq. (A.15), the slow rates of change and the third harmonic of the spans come in:
-
-.. math::
-    \dot Q &= R_Q + \frac{i}{2\Omega}(\dot R_Q + cR_Q)
-        + \frac{i}{16\nu^2\Omega}\sum_j \frac{G_j^2}{Mm_j}|z_j|^2 Q \\
-    \dot z_j &= R_j + \frac{i}{2\nu}(\dot R_j + \Gamma R_j) + \frac{i}{16\nu^3}\frac{G_j^2}{m_j^2}|Q|^2 z_j
+m_jMW^2)`.
 
 The state is Cartesian (real and imaginary parts): amplitude and phase are singular at rest.
 
@@ -28,13 +23,6 @@ In a steady state the pulley mode is pinned, :math:`|k Q| = \sqrt{\Gamma^2/4 + D
 
 One span alone, or both with equal amplitudes a quarter turn apart, X their sum; other steady states of equal
 spans do not exist but for turns of the plane of vibration.
-
-.. math::
-    q = \operatorname{Re} Qe^{i\Omega t} + q_0, \qquad a_j = \operatorname{Re}\Big[z_j e^{i\nu t} +
-    \frac{G_j}{8\nu^2 m_j} Q z_j e^{3i\nu t}\Big] \qquad \text{Eq. (A.18)}
-
-A pluck at rest is not Q = 0: the tension of the plucked span holds the pulleys away from where the averaged
-motion swings about, and the difference is a real Q(0).
 """
 
 from typing import Literal, NamedTuple
@@ -61,11 +49,6 @@ class AveragedCoefficients(NamedTuple):
     static: Array  # (J, J, ...): d [1/(m^2 s)]
     drift: Array  # (J, ...): detuning at the start by the mean rotation after switching a torque on [rad/s]
     drift_decay: Array  # (...): how fast it dies out [1/s]
-    passive: Array  # (J, ...): mean stretch of the modes that only decay, as a squared amplitude [m^2]
-    back_third: Array  # (J, ...): coefficients of the last terms of Eq. (A.15) [1/(m^2 s)], as the next
-    third: Array  # (J, ...)
-    offset: Array  # (J, ...): static rotation per squared amplitude, G / (2 M W^2) [1/m]
-    drift_offset: Array  # (...): static rotation by the drift at the start [m]
 
 
 def averaged_coefficients(
@@ -73,7 +56,6 @@ def averaged_coefficients(
     *,
     torque: ArrayLike = 0.0,
     forcing: ArrayLike | None = None,
-    passive: ArrayLike = 0.0,
     drift: bool = True,
 ) -> AveragedCoefficients:
     r"""Coefficients of the averaged equations, Eq. (A.16).
@@ -87,9 +69,8 @@ def averaged_coefficients(
     :math:`c_{11}/M_0`; viscous friction at one pulley turns it into a difference of the span tensions.
 
     ``torque``, shape (...): amplitude of the torque [N m]; ``forcing``, shape (...): Omega [rad/s]; the
-    pulley mode's own unless given; ``passive``, shape (J, ...): stretch of other modes of each section, see
-    `triangle_stretch` [m^2]; ``drift``: whether the torque is switched on at t = 0; otherwise it has always
-    been there.
+    pulley mode's own unless given; ``drift``: whether the torque is switched on at t = 0; otherwise it has
+    always been there.
     """
     omega = np.asarray(model.natural if forcing is None else forcing, dtype=float)
     tau, nu, mass = np.asarray(torque, dtype=float), 0.5 * omega, model.modal_mass
@@ -115,11 +96,6 @@ def averaged_coefficients(
         static=_column(own, shape)[:, None] * _column(back, shape)[None] / (2 * nu * model.natural**2),
         drift=_column(own, shape) * turned_by_drift / nu,
         drift_decay=np.asarray(model.rigid_damping / model.rigid_mass if free else 0.0),
-        passive=_column(np.broadcast_to(np.asarray(passive, dtype=float).T, own.T.shape).T, shape),
-        back_third=_column(own * back, shape) / (16 * nu**2 * omega),
-        third=_column(own**2, shape) / (16 * nu**3),
-        offset=_column(back, shape) / (2 * model.natural**2),
-        drift_offset=np.asarray(turned_by_drift),
     )
 
 
@@ -129,47 +105,22 @@ def _column(values: Array, shape: tuple[int, ...], axes: int = 1) -> Array:
     return values if values.ndim > axes or not shape else values.reshape(values.shape + (1,) * len(shape))
 
 
-def averaged_rates(
-    c: AveragedCoefficients, state: Complex, time: float = 0.0, *, second: bool = True
-) -> Complex:
-    """Rates of Q and z, shape (1 + J, ...) [m/s], a ``time`` [s] after the start, Eqs. (A.14), (A.15)."""
+def averaged_rates(c: AveragedCoefficients, state: Complex, time: float = 0.0) -> Complex:
+    """Rates of Q and z, shape (1 + J, ...) [m/s], a ``time`` [s] after the start, Eq. (A.14)."""
     q, z = state[0], state[1:]
     linear, along = linear_rates(c, time)
-    size = np.abs(z) ** 2
     rate_q = along * q + 1j * np.sum(c.feedback * z**2, axis=0) - c.force
-    bent = np.einsum("jk...,k...->j...", 0.5 * c.cubic - c.static, size) * z
+    bent = np.einsum("jk...,k...->j...", 0.5 * c.cubic - c.static, np.abs(z) ** 2) * z
     bent = bent + 0.25 * np.einsum("jk...,k...->j...", c.cubic, z**2) * z.conj()
     rate_z = linear * z + 1j * c.pump * q * z.conj() + 1j * bent
-    if not second:
-        return np.concatenate((rate_q[None], rate_z))
-    nu = 0.5 * c.forcing
-    bend_q = along * rate_q + 2j * np.sum(c.feedback * z * rate_z, axis=0)
-    bend_z = linear * rate_z + 1j * c.pump * (rate_q * z.conj() + q * rate_z.conj())
-    total_q = rate_q + 0.5j / c.forcing * (bend_q + c.damping * rate_q)
-    total_q = total_q + 1j * np.sum(c.back_third * size, axis=0) * q
-    total_z = rate_z + 0.5j / nu * (bend_z + c.transverse_damping * rate_z)
-    return np.concatenate((total_q[None], total_z + 1j * c.third * np.abs(q) ** 2 * z))
+    return np.concatenate((rate_q[None], rate_z))
 
 
 def linear_rates(c: AveragedCoefficients, time: float) -> tuple[Complex, Complex]:
     """Complex growth rates [1/s] of z, (J, ...), and of Q, (...), with the drift as it is at a time [s]."""
-    passive = c.passive * np.exp(-c.transverse_damping * time)
-    shift = np.einsum("jk...,k...->j...", 0.5 * c.cubic - c.static, passive)
-    shift = shift + c.drift * np.exp(-c.drift_decay * time)
+    shift = c.drift * np.exp(-c.drift_decay * time)
     across = -0.5 * c.transverse_damping + 1j * (c.transverse_detuning + shift)
     return across, -0.5 * c.damping + 1j * c.detuning
-
-
-def triangle_stretch(pluck: ArrayLike) -> Array:
-    r"""Stretch of the modes 3, 5, ... of a triangular pluck as a squared amplitude of the first, Eq. (A.17).
-
-    .. math:: \sum_{m=3,5,\dots} m^2 |A_m|^2 = \Big(\frac{8}{\pi^2}\Big)^2\Big(\frac{\pi^2}{8} - 1\Big) a^2
-              = 0.1535\,a^2
-
-    ``pluck``: height a of the triangle [m].
-    Returns [m^2].
-    """
-    return (8 / np.pi**2) ** 2 * (np.pi**2 / 8 - 1.0) * np.asarray(pluck, dtype=float) ** 2
 
 
 Kind = Literal["one", "both"]
@@ -256,61 +207,3 @@ def jacobian(c: AveragedCoefficients, state: Complex) -> Array:
     conjugate[own, own] += 1j * c.pump * q + 0.25j * c.cubic @ z**2
     both, apart = plain + conjugate, plain - conjugate
     return np.block([[both.real, -apart.imag], [both.imag, apart.real]])
-
-
-PASSES = 12
-
-
-class Motion(NamedTuple):
-    """Displacements and speeds of the model's oscillators."""
-
-    q: Array  # (...) [m]
-    q_rate: Array  # (...) [m/s]
-    a: Array  # (J, ...) [m]
-    a_rate: Array  # (J, ...) [m/s]
-
-
-def reconstruct(c: AveragedCoefficients, state: Complex, time: float, *, second: bool = True) -> Motion:
-    """The motion that belongs to slow amplitudes, shape (1 + J, ...) [m], at a time [s], Eq. (A.18)."""
-    rates = averaged_rates(c, state, time, second=second)
-    q, z, q_rate, z_rate = state[0], state[1:], rates[0], rates[1:]
-    nu = 0.5 * c.forcing
-    turn = np.exp(1j * nu * time)
-    third = c.pump / (2.0 * c.forcing) * second  # G / (8 nu^2 m), third harmonic per Q z
-    wave = z + third * q * z * turn**2
-    wave_rate = z_rate + 1j * nu * z + third * turn**2 * (q_rate * z + q * z_rate + 3j * nu * q * z)
-    static, static_rate = _static(c, z, z_rate, time)
-    return Motion(
-        q=(q * turn**2).real + static,
-        q_rate=((q_rate + 1j * c.forcing * q) * turn**2).real + static_rate,
-        a=(wave * turn).real,
-        a_rate=(wave_rate * turn).real,
-    )
-
-
-def start_of(c: AveragedCoefficients, motion: Motion, *, second: bool = True) -> Complex:
-    """Slow amplitudes whose reconstruction is a motion at t = 0, Eq. (A.19), by repeated correction."""
-    nu = 0.5 * c.forcing
-    lanes = np.broadcast_shapes(c.force.shape, np.shape(motion.q), c.transverse_detuning.shape[1:])
-    state = np.zeros((1 + c.pump.shape[0], *lanes), dtype=complex)
-    for _ in range(PASSES):
-        found = reconstruct(c, state, 0.0, second=second)
-        state[0] += motion.q - found.q - 1j * (motion.q_rate - found.q_rate) / c.forcing
-        state[1:] += motion.a - found.a - 1j * (motion.a_rate - found.a_rate) / nu
-    return state
-
-
-def plucked(c: AveragedCoefficients, plucks: ArrayLike, *, second: bool = True) -> Complex:
-    """Slow amplitudes of half-sine plucks [m], shape (J, ...), let go at rest, the pulleys at angle zero."""
-    a = np.asarray(plucks, dtype=float)
-    zero = np.zeros(a.shape[1:])
-    return start_of(c, Motion(q=zero, q_rate=zero, a=a, a_rate=np.zeros_like(a)), second=second)
-
-
-def _static(c: AveragedCoefficients, z: Complex, z_rate: Complex, time: float) -> tuple[Array, Array]:
-    """Static rotation q0 by the mean stretch and by the drift, and its rate."""
-    passive = c.passive * np.exp(-c.transverse_damping * time)
-    drift = c.drift_offset * np.exp(-c.drift_decay * time)
-    size, growth = np.abs(z) ** 2 + passive, 2.0 * (z.conj() * z_rate).real - c.transverse_damping * passive
-    q0 = drift - np.sum(c.offset * size, axis=0)
-    return q0, -c.drift_decay * drift - np.sum(c.offset * growth, axis=0)

@@ -26,12 +26,10 @@ _INSTANTS = 2001
 _ACROSS = ("pump", "transverse_detuning", "transverse_damping")
 
 
-def critical_pumping(c: AveragedCoefficients, *, second: bool = True) -> Array:
+def critical_pumping(c: AveragedCoefficients) -> Array:
     r"""Smallest :math:`\mu` [rad/s] at which each transverse mode grows, Eq. (A.22); infinite: at none."""
     nu = 0.5 * c.forcing
     least = 0.25 * c.transverse_damping**2 + c.transverse_detuning**2
-    if not second:
-        return np.sqrt(least)
     return np.sqrt(with_third_harmonic(least, c.transverse_detuning, nu))
 
 
@@ -44,24 +42,20 @@ def with_third_harmonic(least: Array, detuning: Array, nu: Array) -> Array:
     return np.where((inside >= 0.0) & (linear > 0.0), squared, np.inf)
 
 
-def threshold_torque(
-    model: AutoparametricModel, forcing: ArrayLike | None = None, *, second: bool = True
-) -> Array:
+def threshold_torque(model: AutoparametricModel, forcing: ArrayLike | None = None) -> Array:
     r"""Amplitude of a steady torque above which a vanishing transverse motion grows, Eq. (A.23).
 
     .. math:: \tau_\mathrm{th} = \min_j \frac{\mu_j}{|k_j|\,|Q|/\tau}
 
     ``model``: its arrays may end in an axis of lanes; ``forcing``, shape (...): omega [rad/s]; the pulley
-    mode's own unless given; ``second``: to second order.
+    mode's own unless given.
     Returns shape (...) [N m]; zero at the frequency of an undamped pulley mode, infinite where no torque
     makes a mode grow.
     """
-    return np.asarray(np.min(mode_thresholds(model, forcing, second=second), axis=0))
+    return np.asarray(np.min(mode_thresholds(model, forcing), axis=0))
 
 
-def mode_thresholds(
-    model: AutoparametricModel, forcing: ArrayLike | None = None, *, second: bool = True
-) -> Array:
+def mode_thresholds(model: AutoparametricModel, forcing: ArrayLike | None = None) -> Array:
     """Threshold torque of each transverse mode by itself, shape (J, ...) [N m].
 
     ``forcing``: as of `threshold_torque`. Infinite where no torque makes the mode grow: the torque does not
@@ -70,7 +64,7 @@ def mode_thresholds(
     c = averaged_coefficients(model, torque=1.0, forcing=forcing, drift=False)
     per_torque = np.abs(c.force) * np.abs(c.pump)
     resistance = np.abs(-0.5 * c.damping + 1j * c.detuning)
-    pumping = np.where(resistance == 0.0, 0.0, critical_pumping(c, second=second))
+    pumping = np.where(resistance == 0.0, 0.0, critical_pumping(c))
     moved = per_torque > 0.0
     return np.asarray(np.where(moved, pumping * resistance / np.where(moved, per_torque, 1.0), np.inf))
 

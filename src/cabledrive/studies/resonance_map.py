@@ -53,10 +53,7 @@ PRESENT = 1e-3
 
 STEP = 0.05
 TRIALS = 40
-_PER_SECTION = (
-    *("transverse_damping", "transverse_detuning", "feedback", "pump", "drift", "passive"),
-    *("back_third", "third", "offset"),
-)
+_PER_SECTION = "transverse_damping", "transverse_detuning", "feedback", "pump", "drift"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -331,7 +328,7 @@ def _joint_states(c: AveragedCoefficients, rng: np.random.Generator) -> list[Com
 
 def _newton(c: AveragedCoefficients, state: Complex) -> Complex | None:
     for _ in range(40):
-        rate = averaged_rates(c, state, second=False)
+        rate = averaged_rates(c, state)
         if np.max(np.abs(rate)) < 1e-12 * np.max(np.abs(state)):
             return state if np.max(np.abs(state[1:])) > 1e-9 else None
         change: Array = np.asarray(np.linalg.solve(jacobian(c, state), real_state(rate)), dtype=float)
@@ -350,9 +347,7 @@ def _branch(c: AveragedCoefficients, state: Complex, per_torque: float) -> Stead
     scale = np.append(np.tile(np.abs(state[kept]), 2), force)
 
     def _residual(x: Array, f: float) -> Array:
-        return real_state(
-            averaged_rates(part._replace(force=np.array(f + 0j)), complex_state(x), second=False)
-        )
+        return real_state(averaged_rates(part._replace(force=np.array(f + 0j)), complex_state(x)))
 
     def _slope(x: Array, f: float) -> Array:
         return jacobian(part._replace(force=np.array(f + 0j)), complex_state(x))
