@@ -15,8 +15,8 @@ file are scaled, its geometry kept, until the first mode across one span has hal
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from math import pi
+from functools import cache, lru_cache
+from math import exp, inf, log, pi
 from typing import Any
 
 import numpy as np
@@ -215,7 +215,9 @@ _TURNING = 1e-6
 _STRETCHES, _MAINLY = 0.1, 0.25
 """Share of the strain energy along ropes, and of the kinetic energy in pulleys, from which a mode is one of
 pulleys though most of its strain is across."""
-_SETTLED, _STEPS = 1e-6, 12
+_SETTLED, _VEERS = 1e-6, 0.02
+"""Of the logarithm of the pretension, where the search ends; of that of the ratio, by which it may jump where
+the modes exchange their shapes."""
 
 
 def first_modes(network: Network) -> tuple[Mode, dict[str, Mode]]:
@@ -266,16 +268,32 @@ def tuning_factor(drive: Machine, number: int) -> float:
 
     Refused where weights or springs make the tension, or no rope bears it.
     """
-    factor, span = 1.0, drive.machine.spans[number]
-    for _ in range(_STEPS):
-        machine = as_machine(at_pretensions(drive, factor), turned=True)
-        pulley, lowest = first_modes(network_of(machine))
+    from scipy.optimize import brentq
+
+    span = drive.machine.spans[number]
+    none = InputRefused(f"no pretension tunes {span}: weights and springs make most of its tension")
+
+    def at(power: float) -> RoutedDrive:
+        return as_machine(at_pretensions(drive, exp(power)), turned=True)
+
+    @cache
+    def off(power: float) -> float:
+        """Logarithm of twice the ratio, by that of the factor."""
+        pulley, lowest = first_modes(network_of(at(power)))
         if span not in lowest:
+            raise none
+        return log(2.0 * lowest[span].frequency / pulley.frequency)
+
+    here, before = 0.0, -inf
+    while abs(off(here)) > _SETTLED:
+        if before > -inf and off(here) * off(before) < 0.0:
+            here = brentq(off, here, before, xtol=_SETTLED, rtol=_SETTLED)
+            if abs(off(here)) > _VEERS:
+                raise none
             break
-        ratio = lowest[span].frequency / pulley.frequency
-        if abs(ratio - 0.5) <= _SETTLED:
-            if line := next(strained(machine), ""):
-                raise InputRefused(f"at {pretension_of(machine, number):.4g} N {line}")
-            return factor
-        factor *= (0.5 / ratio) ** 2
-    raise InputRefused(f"no pretension tunes {span}: weights and springs make most of its tension")
+        if before > -inf and abs(off(here)) > 0.5 * abs(off(before)):
+            raise none
+        here, before = here - 2.0 * off(here), here  # of a straight rope without weights the answer
+    if line := next(strained(at(here)), ""):
+        raise InputRefused(f"at {pretension_of(at(here), number):.4g} N {line}")
+    return exp(here)
