@@ -272,6 +272,8 @@ def pair_remedies(machine: Machine, found: ResonanceSummary) -> tuple[Remedy, ..
         except (InputRefused, NotComputed):
             return False
 
+    if found.instability is not None:  # of a loop, whose threshold is that of its pulley mode alone
+        found = resonance_of_pairs(machine, found.torque, details=False)
     if found.threshold_here is None:  # a rope goes slack first
         return ()
     least = CLOSE_SHARE * found.threshold_here

@@ -95,7 +95,7 @@ def command(
     region = found.instability  # of the pulleys' own mode on two pulleys
     unsafe = region is not None and {found.verdict, region.verdict} <= {RESONANT, NEAR}
     changes = remedies(loop, acting, load_torque) if unsafe else ()
-    if region is None and found.verdict in (RESONANT, NEAR):
+    if not unsafe and found.verdict in (RESONANT, NEAR) and not load_torque:
         changes = pair_remedies(drive.machine, found)
     if motion_file is not None:
         motion = read_motion(motion_file, drive)
@@ -105,7 +105,7 @@ def command(
     data["remedies"] = [REMEDY(change) for change in changes]
     parts = summary_text(drive, found)
     if changes:
-        parts.append(remedies_text(changes, "it" if region is None else "the pulley mode"))
+        parts.append(remedies_text(changes, "the pulley mode" if unsafe else "it"))
     if region is not None:
         data |= loop_data(loop, found, load_torque)
         parts += loop_text(loop, found)
