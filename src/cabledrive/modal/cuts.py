@@ -1,9 +1,7 @@
 """The rows of a component in a table: long waves cut, ropes in segments, ordered in a narrow band, scaled."""
 
-from collections import deque
 from copy import copy
 from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +20,7 @@ from cabledrive.modal.rows import (
     part_times,
     weights,
 )
+from cabledrive.modal.runs import Runs, runs_of
 
 if TYPE_CHECKING:
     from cabledrive.modal.component import Component
@@ -85,15 +84,25 @@ class Cut:
         mass[waves:][kinds == MASS] = factor[kinds == MASS]
         diagonal = np.bincount(column, mass[row] * value**2, n)
         self.scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        self.order = _narrow_order(row, column, n)
+        sort = np.argsort(row, kind="stable")
+        row, column, value, delayed = row[sort], column[sort], value[sort], delayed[sort]
+        pairs = _pairs(first := np.searchsorted(row, np.arange(base + 1)))
+        e, f = (column[own] for own in pairs)
+        key = np.unique((e * n + f)[e > f])  # what is tied, each pair once
+        upper, lower = key // max(1, n), key % max(1, n)
+        self.order = _narrow_order(upper, lower, n)
         self.position = np.empty(n, dtype=np.intp)
         self.position[self.order] = np.arange(n)
+        upper, lower = self.position[upper], self.position[lower]
+        running = bool(own.lag[self.wave].any())
         self.table = _table(
             own,
             self.wave,
             part,
             (kinds, factor, np.concatenate(b)),
             (row, self.position[column], value * self.scale[column], delayed),
+            (first, *pairs),
+            None if running else runs_of(np.maximum(upper, lower), np.minimum(upper, lower), n),
             n,
         )
 
@@ -167,14 +176,14 @@ def _table(
     part: Integers,
     fixed: tuple[Integers, Array, Array],
     entries: tuple[Integers, Integers, Array, NDArray[np.bool_]],
+    pairs: tuple[Integers, Integers, Integers],
+    runs: Runs | None,
     size: int,
 ) -> Table:
-    """Entries sorted by row, and the pairs of them that make the lower half of the band."""
-    sort = np.argsort(entries[0], kind="stable")
-    row, column, value, delayed = entries[0][sort], entries[1][sort], entries[2][sort], entries[3][sort]
+    """Entries, in order of their rows, and the pairs of them that make the lower half of the band."""
+    row, column, value, delayed = entries
     lag, rows = own.lag[wave], 3 * wave.size + fixed[0].size
-    first = np.searchsorted(row, np.arange(rows + 1))
-    e, f = _pairs(first)
+    first, e, f = pairs
     lower = column[e] >= column[f]
     e, f = e[lower], f[lower]
     width = int((column[e] - column[f]).max(initial=0))
@@ -201,6 +210,7 @@ def _table(
         products=tuple(
             _matrix(product[one], slot[one], row[e][one], (size * (width + 1), rows)) for one in where
         ),
+        runs=runs,
         size=size,
         width=width,
     )
@@ -228,32 +238,25 @@ def _pairs(first: Integers) -> tuple[Integers, Integers]:
     return np.concatenate(left), np.concatenate(right)
 
 
-def _narrow_order(row: Integers, column: Integers, n: int) -> Integers:
-    """An order of the unknowns with those of one row near each other (Cuthill and McKee, reversed)."""
+def _narrow_order(upper: Integers, lower: Integers, n: int) -> Integers:
+    """An order of the unknowns with those that are tied near each other (Cuthill and McKee, reversed)."""
     if n < 4:
         return np.arange(n)
-    sort = np.argsort(row, kind="stable")
-    first, columns = np.flatnonzero(np.diff(row[sort], prepend=-1)).tolist(), column[sort].tolist()
-    sets = {tuple(sorted(set(columns[a:b]))) for a, b in pairwise([*first, len(columns)])}
-    near: list[set[int]] = [set() for _ in range(n)]
-    for own in sets:
-        for c in own:
-            near[c].update(own)
-    ties = [len(own) for own in near]
-    seen, order = [False] * n, []
-    for start in sorted(range(n), key=ties.__getitem__):
-        if seen[start]:
+    both, other = np.concatenate((upper, lower)), np.concatenate((lower, upper))
+    ties = np.bincount(both, minlength=n)
+    near, first = other[np.lexsort((other, ties[other], both))].tolist(), [0, *np.cumsum(ties).tolist()]
+    seen, order = set[int](), list[int]()
+    for start in np.argsort(ties, kind="stable").tolist():
+        if start in seen:
             continue
-        for last in range(2):  # from the far end of what hangs together
-            queue, here, visited = deque([start]), [], {start}
-            while queue:
-                c = queue.popleft()
-                here.append(c)
-                for other in sorted(near[c] - visited, key=ties.__getitem__):
-                    visited.add(other)
-                    queue.append(other)
-            start = here[-1] if not last else start
+        for _ in range(2):  # from the far end of what hangs together
+            here, visited = [start], {start}
+            for c in here:  # which grows
+                for neighbour in near[first[c] : first[c + 1]]:
+                    if neighbour not in visited:
+                        visited.add(neighbour)
+                        here.append(neighbour)
+            start = here[-1]
         order += here
-        for c in here:
-            seen[c] = True
+        seen |= visited
     return np.array(order[::-1], dtype=np.intp)

@@ -18,6 +18,8 @@ ONE_WAVE = 1e-12
 """Harmonics of equal ropes along are one mode when closer than this, relative."""
 MOST_DOUBLINGS = 80
 """Of the frequency, in search of the first modes of one kind."""
+MOST_GRIDS = 12
+"""Of frequencies, in search of one with not many more modes below it than are asked for."""
 MOST = 2.0**60
 """Times the slowest frequency, above which nothing is looked for: what stores no waves has few modes."""
 LOOKED_THROUGH = 400
@@ -161,16 +163,30 @@ class Spectrum:
     def _about(self, kind: str, count: int) -> float:
         """A frequency with about so many modes of one kind below it [rad/s], by straight ropes."""
         if self._straight is None:
-            network = self.network
-            self._straight = _parts(network.straight_above(max(network.edges, default=0.0)))
+            edges = self.network.edges
+            straight = _parts(self.network.straight_above(edges[-1])) if edges else self._windows[0].parts
+            self._straight = straight
         pure = [part for part in self._straight if part.kinds == {kind}]
         parts = pure or [part for part in self._straight if kind in part.kinds]
-        surely = [(count + part.own.size + 2) * pi / part.own.whole for part in parts if part.own.whole]
-        if not surely:
+        long = [part.own for part in parts if part.own.whole]
+        if not long:
             return self.slowest
-        grid = min(surely) * np.geomspace(1.0 / 64.0, 1.0, 16)
-        counts = sum((part.times * part.own.counts(grid) for part in parts), np.zeros(grid.size))
-        return float(grid[min(int(np.searchsorted(counts, count)), grid.size - 1)])
+        high = min((count + 2) * pi / own.whole for own in long)
+        low, most = high / 64.0, min((count + own.size + 2) * pi / own.whole for own in long)
+        for _ in range(MOST_GRIDS):
+            grid = np.geomspace(low, high, 16)
+            counts = sum((part.times * part.own.counts(grid) for part in parts), np.zeros(grid.size))
+            place = int(np.searchsorted(counts, count))
+            if place == grid.size:
+                if high >= most:
+                    break
+                low, high = high, min(4.0 * high, most)
+                continue
+            high = float(grid[place])
+            if counts[place] <= 4 + 1.25 * count:
+                break
+            low = float(grid[place - 1]) if place else low / 64.0
+        return high
 
     def _in_order(self, modes: list[Mode]) -> list[Mode]:
         """Ascending, with waves of one frequency along ropes between ends at rest as one mode."""
