@@ -1,5 +1,6 @@
 """The rows of a component in a table: long waves cut, ropes in segments, ordered in a narrow band, scaled."""
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,7 @@ from cabledrive.modal.runs import Runs, runs_of
 
 if TYPE_CHECKING:
     from cabledrive.modal.component import Component
+    from cabledrive.modal.search import Solved
 
 DENSE = 20_000
 """Entries up to which a matrix is kept whole."""
@@ -137,20 +139,22 @@ class Cut:
         nodes = np.concatenate((np.array(rows[:k])[None], joints, np.array(rows[k:])[None]))
         return np.concatenate((nodes[:-1], nodes[1:]), axis=1)
 
-    def energies(self, omega: float, placed: float, x: Values) -> tuple[Array, Array]:
-        """Of every row, four times its strain energy and its kinetic energy; means over the shapes.
+    def energies(self, modes: Sequence["Solved"]) -> list[tuple[Array, Array]]:
+        """Of every row and mode, four times its strain and its kinetic energy; means over shapes.
 
         With the terms k of the stiffness over omega and r of its rate, the strain energy is (omega k +
-        omega^2 r)/4 and the kinetic energy (omega^2 r - omega k)/4.
+        omega^2 r)/4 and the kinetic energy (omega^2 r - omega k)/4. The modes have one multiplicity.
         """
-        t, lane = self.table, Lanes(np.array([omega]), np.array([placed]), np.zeros(1, np.intp))
-        w, rate, late, _ = weights(t, lane)
-        y, turned = moved(t, lane.omega, late, x[:, None])
-        square = np.mean(np.abs(y[:, 0]) ** 2, axis=1)
-        stiff, fall = w[:, 0] * square, rate[:, 0] * square
+        omega, placed = np.array([(own.omega, own.placed) for own in modes]).T
+        t, lanes = self.table, Lanes(omega, placed, np.zeros(omega.size, np.intp))
+        w, rate, late, _ = weights(t, lanes)
+        y, turned = moved(t, omega, late, np.stack([own.shapes for own in modes], axis=1))
+        square = np.mean(np.abs(y) ** 2, axis=2)
+        stiff, fall = w * square, rate * square
         if t.running:
-            fall = fall - 2.0 * w[:, 0] * np.mean((y[:, 0].conj() * turned[:, 0]).real, axis=1)
-        return omega * stiff + omega**2 * fall, omega**2 * fall - omega * stiff
+            fall = fall - 2.0 * w * np.mean((y.conj() * turned).real, axis=2)
+        stiff, fall = omega * stiff, omega**2 * fall
+        return list(zip((stiff + fall).T, (fall - stiff).T, strict=True))
 
 
 def _rope_rows(

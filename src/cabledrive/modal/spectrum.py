@@ -12,14 +12,15 @@ from cabledrive.modal.elements import ALONG
 from cabledrive.modal.mode import LONGITUDINAL, SAME, TRANSVERSE, multiplets
 from cabledrive.modal.motion import HeldMode, Mode
 from cabledrive.modal.networks import ModalNetwork
+from cabledrive.modal.rows import TOGETHER
 from cabledrive.modal.search import ENCLOSURE
 
 ONE_WAVE = 1e-12
 """Harmonics of equal ropes along are one mode when closer than this, relative."""
 MOST_DOUBLINGS = 80
 """Of the frequency, in search of the first modes of one kind."""
-MOST_GRIDS = 12
-"""Of frequencies, in search of one with not many more modes below it than are asked for."""
+MANY, MOST_GRIDS = 200, 12
+"""Unknowns of a part from which on grids of frequencies, so many, are laid around the one that is sought."""
 MOST = 2.0**60
 """Times the slowest frequency, above which nothing is looked for: what stores no waves has few modes."""
 LOOKED_THROUGH = 400
@@ -171,21 +172,22 @@ class Spectrum:
         long = [part.own for part in parts if part.own.whole]
         if not long:
             return self.slowest
-        high = min((count + 2) * pi / own.whole for own in long)
+        many = any(own.size > MANY for own in long)
+        high = min((count + 2 + own.size * (not many)) * pi / own.whole for own in long)
         low, most = high / 64.0, min((count + own.size + 2) * pi / own.whole for own in long)
         for _ in range(MOST_GRIDS):
             grid = np.geomspace(low, high, 16)
             counts = sum((part.times * part.own.counts(grid) for part in parts), np.zeros(grid.size))
             place = int(np.searchsorted(counts, count))
-            if place == grid.size:
-                if high >= most:
+            if place < grid.size:
+                high = float(grid[place])
+                if not many or counts[place] <= 1.25 * count:
                     break
+                low = float(grid[place - 1]) if place else low / 64.0
+            elif high < most:
                 low, high = high, min(4.0 * high, most)
-                continue
-            high = float(grid[place])
-            if counts[place] <= 4 + 1.25 * count:
+            else:
                 break
-            low = float(grid[place - 1]) if place else low / 64.0
         return high
 
     def _in_order(self, modes: list[Mode]) -> list[Mode]:
@@ -223,13 +225,24 @@ class Spectrum:
             for number in range(first + 1, int(top * wave.time_at(top) / pi) + 1):
                 yield HeldMode(part.network, ((wave, part.times),), number, wave.held(number) / (2.0 * pi))
             return
+        alike: dict[int, list[Mode]] = {}
         for cut, solved in part.own.modes(low, top):
             if solved.enclosure:
                 self.enclosure = max(self.enclosure, solved.enclosure)
             if part.times > 1:
                 shapes = np.repeat(solved.shapes, part.times, axis=1)
                 solved = solved._replace(shapes=shapes, multiplicity=part.times * solved.multiplicity)
-            yield Mode(part.network, cut, solved)
+            alike.setdefault(solved.multiplicity, []).append(Mode(part.network, cut, solved))
+        for modes in alike.values():
+            if len(part.kinds) > 1:
+                most = max(1, TOGETHER // modes[0].cut.table.first.size)
+                for some in (modes[i : i + most] for i in range(0, len(modes), most)):
+                    energies = modes[0].cut.energies([mode.solved for mode in some])
+                    for mode, own in zip(some, energies, strict=True):
+                        mode.row_energies = own
+                        mode.places  # noqa: B018 (from which its kind will be asked)
+                        del mode.row_energies
+            yield from modes
 
 
 def _parts(network: ModalNetwork) -> list[_Part]:
