@@ -16,7 +16,6 @@ strings, beams or sag. All is done for many frequencies at once, the lanes; each
 own, with other numbers in the same rows.
 """
 
-from functools import cache
 from math import pi
 from typing import Any, NamedTuple
 
@@ -24,7 +23,7 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-from cabledrive.modal.runs import Runs, eliminated, solved_runs, solved_whole
+from cabledrive.modal.runs import Run, eliminated, solved_run, solved_whole
 from cabledrive.parameters.errors import NotComputed
 
 Array = NDArray[np.float64]
@@ -56,8 +55,8 @@ class Table(NamedTuple):
     the factors of the fixed rows behind, have a second axis where the lanes are of several machines. Entries
     of row r are ``first[r]:first[r+1]``. ``kinds``: numbers of the fixed rows of each kind; ``rows``: all as
     matrices, of the entries without phase and, if a rope runs, of those with it; ``products``: of their
-    pairs, which make the band, entry (j + d, j) in its place j (width + 1) + d; ``runs``: its long runs, none
-    where a rope runs.
+    pairs, which make the band, entry (j + d, j) in its place j (width + 1) + d; ``run``: its longest run,
+    none where a rope runs.
     """
 
     z: Array
@@ -74,7 +73,7 @@ class Table(NamedTuple):
     kinds: tuple[tuple[int, Integers], ...]
     rows: tuple[Any, ...]
     products: tuple[Any, ...]
-    runs: Runs | None
+    run: Run | None
     size: int
     width: int
 
@@ -216,9 +215,11 @@ def negative_pivots(band: NDArray[Any]) -> tuple[Array, Array]:
 def zero_pivots(t: Table, band: NDArray[Any], least: float) -> tuple[int, bool]:
     """Pivots of LDL^H of one band that are zero, to a share of the diagonal; whether one is negative."""
     diagonal, before = np.abs(band[:, 0]), False
-    if t.runs and (left := eliminated(t.runs, band[..., None])).growth[0] <= GROWTH:
-        k, before, diagonal = t.runs.kept.size, bool(left.negative[0]), diagonal[t.runs.kept]
-        band = np.array([np.pad(left.matrix[0, i:, i], (0, i)) for i in range(k)])
+    if t.run:
+        (matrix, *_), negative, growth = eliminated(t.run, band[..., None])
+        if growth[0] <= GROWTH:
+            before, diagonal = bool(negative[0]), diagonal[t.run.kept]
+            band = np.array([np.pad(own[i:], (0, i)) for i, own in enumerate(matrix[0])])
     size, width, zero = band.shape[0], band.shape[1] - 1, 0
     for k in range(size):
         pivot = float(band[k, 0].real)
@@ -253,12 +254,12 @@ def counted(t: Table, lanes: Lanes) -> Array:
         w, _, late, hidden = weights(t, lanes, rates=False)
         band = bands(t, lanes.omega, w, late)
         found, bad, wide = np.zeros(hidden.shape), np.arange(hidden.size), np.result_type(band, np.longdouble)
-        if t.runs:
-            left = eliminated(t.runs, band)
+        if t.run:
+            (matrix, *_), pivots, growth = eliminated(t.run, band)
             # eigenvalues of what is left, which a double mode does not trouble
-            matrix = np.where(np.isfinite(left.matrix), left.matrix, 0.0)
-            found = hidden + left.negative + (np.linalg.eigvalsh(matrix) < 0.0).sum(axis=1)
-            bad = np.flatnonzero(~(left.growth <= GROWTH))
+            matrix = np.where(np.isfinite(matrix), matrix, 0.0)
+            found = hidden + pivots + (np.linalg.eigvalsh(matrix) < 0.0).sum(axis=1)
+            bad = np.flatnonzero(~(growth <= GROWTH))
             if not bad.size:
                 return found
         for kind, turned in ((band.dtype, False), (band.dtype, True), (wide, False), (wide, True)):
@@ -281,31 +282,21 @@ def counted(t: Table, lanes: Lanes) -> Array:
 
 def dense(band: NDArray[Any]) -> NDArray[Any]:
     """The whole matrices of bands, shape (..., size, size) of (size, width + 1, ...)."""
-    size, width = band.shape[0], band.shape[1] - 1
-    flat = np.zeros((size * (width + 1) + 1, *band.shape[2:]), band.dtype)
-    flat[:-1] = band.reshape(-1, *band.shape[2:])
-    place, above = _places(size, width)
-    full = np.moveaxis(flat[place], (0, 1), (-2, -1))
-    return np.where(above, full.conj(), full) if np.iscomplexobj(band) else full
+    size, number = band.shape[0], np.arange(band.shape[0])
+    full = np.zeros((size, size, *band.shape[2:]), band.dtype)
+    for d, own in zip(range(size), band.swapaxes(0, 1), strict=False):
+        full[number[d:], number[: size - d]] = own[: size - d]
+        full[number[: size - d], number[d:]] = own[: size - d].conj()
+    return np.moveaxis(full, (0, 1), (-2, -1))
 
 
-@cache
-def _places(size: int, width: int) -> tuple[Integers, NDArray[np.bool_]]:
-    """Where in a flat band, with a zero behind, each entry of the whole matrix is; which lie above."""
-    i, j = np.indices((size, size))
-    distance = np.abs(i - j)
-    within = distance <= width
-    return np.where(within, np.minimum(i, j) * (width + 1) + distance, size * (width + 1)), i < j
-
-
-def solved(band: NDArray[Any], x: NDArray[Any], runs: Runs | None = None) -> NDArray[Any]:
+def solved(band: NDArray[Any], x: NDArray[Any], run: Run | None = None) -> NDArray[Any]:
     """Solve every lane's band for its columns, shape (size, lanes, k); scaled to a largest entry of 1."""
     if band.shape[0] <= FEW:
         out = solved_whole(dense(band), x)
-    elif runs:
-        left = eliminated(runs, band, x)
-        out = solved_runs(runs, left, band.shape[0])
-        bad = np.flatnonzero(~(left.growth <= STEADY))
+    elif run:
+        left, _, growth = eliminated(run, band, x)
+        out, bad = solved_run(run, left, band.shape[0]), np.flatnonzero(~(growth <= STEADY))
         out[:, bad] = _pivoted(band[..., bad], x[:, bad])
     else:
         out = _pivoted(band, x)
