@@ -21,7 +21,7 @@ from cabledrive.modal.rows import (
     part_times,
     weights,
 )
-from cabledrive.modal.runs import Run, long_run
+from cabledrive.modal.runs import Run, long_runs
 
 if TYPE_CHECKING:
     from cabledrive.modal.component import Component
@@ -104,7 +104,7 @@ class Cut:
             (kinds, factor, np.concatenate(b)),
             (row, self.position[column], value * self.scale[column], delayed),
             (first, *pairs),
-            None if running else long_run(np.maximum(upper, lower), np.minimum(upper, lower), n),
+            () if running else long_runs(np.maximum(upper, lower), np.minimum(upper, lower), n),
             n,
         )
 
@@ -181,7 +181,7 @@ def _table(
     fixed: tuple[Integers, Array, Array],
     entries: tuple[Integers, Integers, Array, NDArray[np.bool_]],
     pairs: tuple[Integers, Integers, Integers],
-    run: Run | None,
+    runs: tuple[Run, ...],
     size: int,
 ) -> Table:
     """Entries, in order of their rows, and the pairs of them that make the lower half of the band."""
@@ -214,7 +214,7 @@ def _table(
         products=tuple(
             _matrix(product[one], slot[one], row[e][one], (size * (width + 1), rows)) for one in where
         ),
-        run=run,
+        runs=runs,
         size=size,
         width=width,
     )

@@ -36,7 +36,7 @@ GROWTH = 1e4
 """How far the terms of an elimination may outgrow the matrix before its signs are in doubt."""
 
 STEADY = 1e2
-"""The same for an elimination that solves."""
+"""The same of runs, whose terms meet in few pivots."""
 
 STEPS, CONVERGED, STAY = 14, 1e-13, 1e-12
 """Steps of a refinement, the shift at which it ends, and how far it may leave its bracket, both relative."""
@@ -55,7 +55,7 @@ class Table(NamedTuple):
     the factors of the fixed rows behind, have a second axis where the lanes are of several machines. Entries
     of row r are ``first[r]:first[r+1]``. ``kinds``: numbers of the fixed rows of each kind; ``rows``: all as
     matrices, of the entries without phase and, if a rope runs, of those with it; ``products``: of their
-    pairs, which make the band, entry (j + d, j) in its place j (width + 1) + d; ``run``: its longest run,
+    pairs, which make the band, entry (j + d, j) in its place j (width + 1) + d; ``runs``: its longest run,
     none where a rope runs.
     """
 
@@ -73,7 +73,7 @@ class Table(NamedTuple):
     kinds: tuple[tuple[int, Integers], ...]
     rows: tuple[Any, ...]
     products: tuple[Any, ...]
-    run: Run | None
+    runs: tuple[Run, ...]
     size: int
     width: int
 
@@ -215,10 +215,10 @@ def negative_pivots(band: NDArray[Any]) -> tuple[Array, Array]:
 def zero_pivots(t: Table, band: NDArray[Any], least: float) -> tuple[int, bool]:
     """Pivots of LDL^H of one band that are zero, to a share of the diagonal; whether one is negative."""
     diagonal, before = np.abs(band[:, 0]), False
-    if t.run:
-        (matrix, *_), negative, growth = eliminated(t.run, band[..., None])
-        if growth[0] <= GROWTH:
-            before, diagonal = bool(negative[0]), diagonal[t.run.kept]
+    for run in t.runs[:1]:
+        (matrix, *_), negative, growth = eliminated(run, band[..., None])
+        if growth[0] <= STEADY:
+            before, diagonal = bool(negative[0]), diagonal[run.kept]
             band = np.array([np.pad(own[i:], (0, i)) for i, own in enumerate(matrix[0])])
     size, width, zero = band.shape[0], band.shape[1] - 1, 0
     for k in range(size):
@@ -254,12 +254,12 @@ def counted(t: Table, lanes: Lanes) -> Array:
         w, _, late, hidden = weights(t, lanes, rates=False)
         band = bands(t, lanes.omega, w, late)
         found, bad, wide = np.zeros(hidden.shape), np.arange(hidden.size), np.result_type(band, np.longdouble)
-        if t.run:
-            (matrix, *_), pivots, growth = eliminated(t.run, band)
+        for run in t.runs:
+            (matrix, *_), pivots, growth = eliminated(run, band[..., bad])
             # eigenvalues of what is left, which a double mode does not trouble
             matrix = np.where(np.isfinite(matrix), matrix, 0.0)
-            found = hidden + pivots + (np.linalg.eigvalsh(matrix) < 0.0).sum(axis=1)
-            bad = np.flatnonzero(~(growth <= GROWTH))
+            found[bad] = hidden[bad] + pivots + (np.linalg.eigvalsh(matrix) < 0.0).sum(axis=1)
+            bad = bad[~(growth <= STEADY)]
             if not bad.size:
                 return found
         for kind, turned in ((band.dtype, False), (band.dtype, True), (wide, False), (wide, True)):
@@ -290,13 +290,13 @@ def dense(band: NDArray[Any]) -> NDArray[Any]:
     return np.moveaxis(full, (0, 1), (-2, -1))
 
 
-def solved(band: NDArray[Any], x: NDArray[Any], run: Run | None = None) -> NDArray[Any]:
+def solved(band: NDArray[Any], x: NDArray[Any], runs: tuple[Run, ...] = ()) -> NDArray[Any]:
     """Solve every lane's band for its columns, shape (size, lanes, k); scaled to a largest entry of 1."""
     if band.shape[0] <= FEW:
         out = solved_whole(dense(band), x)
-    elif run:
-        left, _, growth = eliminated(run, band, x)
-        out, bad = solved_run(run, left, band.shape[0]), np.flatnonzero(~(growth <= STEADY))
+    elif runs:
+        left, _, growth = eliminated(runs[0], band, x)
+        out, bad = solved_run(runs[0], left, band.shape[0]), np.flatnonzero(~(growth <= STEADY))
         out[:, bad] = _pivoted(band[..., bad], x[:, bad])
     else:
         out = _pivoted(band, x)

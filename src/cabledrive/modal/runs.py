@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Integers = NDArray[np.intp]
 
-LEAST = 24
-"""Unknowns of a run from which on it is worth the calls."""
+LEAST, SHIFTS = 24, 3
+"""Unknowns of a run from which on it is worth the calls; eliminations that are tried."""
 MOST_LEFT = 48
 """Unknowns that may be left: they are a matrix of their own for each frequency."""
 
@@ -41,8 +41,11 @@ Left = tuple[Array, Array, list[tuple[Array, Array, Array]]]
 """What is left, (lanes, k, k), right sides (k, lanes, m); shares of neighbours, right sides over pivots."""
 
 
-def long_run(upper: Integers, lower: Integers, size: int) -> Run | None:
-    """The longest run of a matrix with ties between these pairs of unknowns; None where it is short."""
+def long_runs(upper: Integers, lower: Integers, size: int) -> tuple[Run, ...]:
+    """The longest run of a matrix with ties between these pairs of unknowns; none where it is short.
+
+    Three times, each begun an unknown later: a frequency at which one elimination grows is well with another.
+    """
     both = np.concatenate((upper, lower))
     ties = np.bincount(both, minlength=size)
     near = np.concatenate((lower, upper))[np.argsort(both, kind="stable")].tolist()
@@ -58,17 +61,25 @@ def long_run(upper: Integers, lower: Integers, size: int) -> Run | None:
                 a, b = near[first[run[-1]] : first[run[-1]] + 2]
                 run.append(b if a == run[-2] else a)
             longest = max(longest, run, key=len)
-    inner, levels = np.array(longest[1:-1], np.intp), (len(longest) - 2).bit_length() - 2
+    if len(longest) < LEAST + SHIFTS + 2:
+        return ()
+    found = [_run(np.array(longest[k:]), upper, lower, size) for k in range(SHIFTS)]
+    return tuple(found) if found[-1].kept.size <= MOST_LEFT else ()
+
+
+def _run(path: Integers, upper: Integers, lower: Integers, size: int) -> Run:
+    inner, levels = path[1:-1], (path.size - 2).bit_length() - 2
     beside = np.ones(size, dtype=bool)
     beside[inner] = False
     stay, direct = beside.copy(), beside[upper] & beside[lower]
-    if inner.size >= LEAST:
-        stay[inner[2**levels - 1 :: 2**levels]] = True
-    if inner.size < LEAST or (kept := np.flatnonzero(stay)).size > MOST_LEFT:
-        return None
-    place, path, i, j = np.cumsum(stay) - 1, np.array(longest), upper[direct], lower[direct]
-    column, distance = np.minimum(path[:-1], path[1:]), np.abs(np.diff(path))
-    return Run(inner, column, distance, levels, kept, place[path[stay[path]]], (place[i], place[j], j, i - j))
+    stay[inner[2**levels - 1 :: 2**levels]] = True
+    place, i, j = np.cumsum(stay) - 1, upper[direct], lower[direct]
+    column, distance, ties = (
+        np.minimum(path[:-1], path[1:]),
+        np.abs(np.diff(path)),
+        (place[i], place[j], j, i - j),
+    )
+    return Run(inner, column, distance, levels, np.flatnonzero(stay), place[path[stay[path]]], ties)
 
 
 def eliminated(run: Run, band: Array, x: Array | None = None) -> tuple[Left, Integers, Array]:
