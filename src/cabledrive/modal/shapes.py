@@ -85,6 +85,11 @@ class Shape:
         return self.cut.energies([self.solved])[0]
 
     @cached_property
+    def across(self) -> Array:
+        """Strain energy across of each rope that moves along as well, times four."""
+        return self.cut.across([self.solved])[0]
+
+    @cached_property
     def places(self) -> dict[Place, float]:
         """Share of the strain energy by span, direction and section."""
         cut, own, strain = self.cut, self.cut.own, self.row_energies[0]
@@ -102,8 +107,7 @@ class Shape:
             rope = segments.rope
             whole = across = float(strain[base : base + segments.kind.size].sum())
             if len(rope.tags) > 1:
-                ends = cut.rope_ends(number, self._natural)
-                across = 2.0 * rope.ropes * segments.work_across(self.solved.omega, ends)
+                across = float(self.across[number])
                 add(rope.tags[0], whole - across)
             add(rope.tags[-1], across)
         return found

@@ -237,9 +237,10 @@ class Spectrum:
             if len(part.kinds) > 1:
                 most = max(1, TOGETHER // modes[0].cut.table.first.size)
                 for some in (modes[i : i + most] for i in range(0, len(modes), most)):
-                    energies = modes[0].cut.energies([mode.solved for mode in some])
-                    for mode, own in zip(some, energies, strict=True):
-                        mode.row_energies = own
+                    cut, solutions = modes[0].cut, [mode.solved for mode in some]
+                    both = zip(some, cut.energies(solutions), cut.across(solutions), strict=True)
+                    for mode, energies, across in both:
+                        mode.row_energies, mode.across = energies, across
                         mode.places  # noqa: B018 (from which its kind will be asked)
                         del mode.row_energies
             yield from modes
