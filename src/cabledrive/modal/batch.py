@@ -93,20 +93,20 @@ def _spectra(chains: ChainBatch, here: slice, wanted: int) -> tuple[Array, NDArr
 def _table(chains: ChainBatch, here: slice) -> Table:
     """The rows of one chain, every segment cut, with the numbers of all."""
     times, masses, pendant = chains.times[here], chains.masses[here], chains.pendant[here]
-    joints, hung = masses.shape[1], bool(pendant.any())
+    joints, segments, hung = masses.shape[1], times.shape[1], bool(pendant.any())
     z, heavy = float(chains.impedance[here].mean()), masses.mean(axis=0)
     nominal = Chain(
         rigidity=z,
         density=z,
         lengths=times.mean(axis=0),
         masses=np.where(heavy > 0.0, heavy, 1e-12 * heavy.max()),
-        closed=True,
+        closed=joints == segments,
         pendants=(Pendant(stiffness=1.0, mass=float(pendant[:, 1].max()), ground=1.0),) if hung else (),
         grounds=np.ones(joints),
     )
     (own,), _ = network_of_chain(own_chain(nominal)).components()
-    cut, factors = Cut(own, 1.0, np.ones(joints, dtype=bool)), [masses.T, chains.grounds[here].T]
+    cut, factors = Cut(own, 1.0, np.ones(segments, dtype=bool)), [masses.T, chains.grounds[here].T]
     if hung:
         factors.append(pendant.T[[1, 0, 2]])  # in the order of the network's rows
-    many = np.tile(chains.impedance[here], (joints, 1))
+    many = np.tile(chains.impedance[here], (segments, 1))
     return cut.table._replace(z=many[cut.wave], time=times.T[cut.wave], a=np.vstack(factors))

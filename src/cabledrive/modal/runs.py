@@ -74,12 +74,8 @@ def _run(path: Integers, upper: Integers, lower: Integers, size: int) -> Run:
     stay, direct = beside.copy(), beside[upper] & beside[lower]
     stay[inner[2**levels - 1 :: 2**levels]] = True
     place, i, j = np.cumsum(stay) - 1, upper[direct], lower[direct]
-    column, distance, ties = (
-        np.minimum(path[:-1], path[1:]),
-        np.abs(np.diff(path)),
-        (place[i], place[j], j, i - j),
-    )
-    return Run(inner, column, distance, levels, np.flatnonzero(stay), place[path[stay[path]]], ties)
+    left, kept, ties = place[path[stay[path]]], np.flatnonzero(stay), (place[i], place[j], j, i - j)
+    return Run(inner, np.minimum(path[:-1], path[1:]), np.abs(np.diff(path)), levels, kept, left, ties)
 
 
 def eliminated(run: Run, band: Array, x: Array | None = None) -> tuple[Left, Integers, Array]:
