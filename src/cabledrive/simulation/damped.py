@@ -108,8 +108,9 @@ def end_tensions(table: Array, span: tuple[int, int], rate: Array) -> tuple[floa
             a += to_start[low + k] * rate[low + k]
         low += size
     while high > first and to_end[high - np.uintp(1)] != 0.0:
-        high -= min(block, high - first)
-        for k in range(min(block, last - high)):
+        size = min(block, high - first)
+        high -= size
+        for k in range(size):
             b += to_end[high + k] * rate[high + k]
     return a, b
 
