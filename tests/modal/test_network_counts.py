@@ -1,12 +1,13 @@
 """Counts and modes of networks against finite elements that know no wave formula: still, moving, elastic."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from machines import alone, listed
 
-from cabledrive.modal import rows
+from cabledrive.modal import rows, runs
 from network_samples import random_elastic_network, random_hanging_network, random_network
 from oracles.network_fem import matrices, natural_frequencies
 from oracles.rope_fem import frequencies, with_ropes
@@ -167,3 +168,41 @@ def test_the_growth_of_an_elimination_is_that_of_its_terms():
     count, growth = rows.negative_pivots(band)
     assert count[0] == np.sum(np.linalg.eigvalsh(whole) < 0.0)
     assert growth[0] == pytest.approx(terms.max() / np.abs(np.diag(whole)).max(), rel=1e-12)
+
+
+def chains_of_unknowns(rng):
+    """A symmetric matrix of long chains between a few unknowns that are tied to more, numbered at random."""
+    hubs = int(rng.integers(1, 5))
+    size, pairs = hubs, [(i, i + 1) for i in range(hubs - 1)]
+    for _ in range(int(rng.integers(1, 3))):
+        inner = int(rng.integers(3, 40) if size > hubs else rng.integers(30, 80))
+        path = [int(rng.integers(hubs)), *range(size, size + inner), int(rng.integers(hubs))]
+        pairs += pairwise(path)
+        size += inner
+    order = rng.permutation(size)
+    whole = np.diag(rng.normal(size=size))
+    for i, j in pairs:
+        whole[order[i], order[j]] = whole[order[j], order[i]] = rng.normal()
+    i, j = (order[list(own)] for own in zip(*pairs, strict=True))
+    return whole, np.maximum(i, j), np.minimum(i, j)
+
+
+def test_long_runs_keep_the_signs_of_eigenvalues_and_solve():
+    """Chains, rings and several at once: counts and solutions of the whole matrix."""
+    rng, counted = np.random.default_rng(12), 0
+    for number in range(60):
+        whole, upper, lower = chains_of_unknowns(rng)
+        size, shifts = whole.shape[0], rng.normal(size=4)
+        found = runs.long_runs(upper, lower, size)[number % 3]
+        own = [whole - shift * np.eye(size) for shift in shifts]
+        padded = [np.pad(one, ((0, size), (0, 0))) for one in own]
+        band = np.array([[[one[j + d, j] for one in padded] for d in range(size)] for j in range(size)])
+        x = rng.normal(size=(size, 4, 2))
+        left, negative, growth = runs.eliminated(found, band, x)
+        solved = runs.solved_run(found, left, size)
+        for lane in np.flatnonzero(growth < 1e2):
+            below = negative[lane] + np.sum(np.linalg.eigvalsh(left[0][lane]) < 0.0)
+            assert below == np.sum(np.linalg.eigvalsh(own[lane]) < 0.0)
+            counted += 1
+            np.testing.assert_allclose(own[lane] @ solved[:, lane], x[:, lane], atol=1e-6)
+    assert counted > 100

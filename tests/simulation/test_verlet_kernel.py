@@ -19,6 +19,7 @@ from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.simulation.channels import TALLIES
 from cabledrive.simulation.coordinates import turn
+from cabledrive.simulation.damped import end_tensions
 from cabledrive.simulation.methods import auxiliary
 from cabledrive.simulation.network.mesh import network_plan
 from cabledrive.simulation.plan import (
@@ -251,3 +252,20 @@ def test_quick_steps_are_taken_while_taut_and_refused_when_slack(planar):
         assert (out is None) == planar
         went = steps(plan, state, new_workspace(plan), tuple(inputs), plane, out)
         assert went == expected
+
+
+@njit_in_place
+def tensions_at_ends(*arguments):
+    """The part of a kernel, which has no entry of its own from Python."""
+    return end_tensions(*arguments)
+
+
+@pytest.mark.parametrize(("size", "reach"), [(5, 5), (64, 64), (100, 100), (150, 70), (190, 129)])
+def test_dampers_at_the_ends_answer_to_all_segments_within_reach(size, reach):
+    """Sums over a piece in the middle of a table, block by block, against dot products."""
+    rng = np.random.default_rng(size)
+    table, rate = rng.normal(size=(5, size + 6)), rng.normal(size=size + 6)
+    own = slice(3, size + 3)
+    table[3, own][reach:], table[4, own][: size - reach] = 0.0, 0.0
+    expected = table[3, own] @ rate[own], table[4, own] @ rate[own]
+    assert tensions_at_ends(table, (3, size + 3), rate) == pytest.approx(expected, rel=1e-12)

@@ -209,10 +209,7 @@ class ExactLaw(_Hookean):
         slopes = v_x**2 + w_x**2  # lambda - u' = slopes / (1 + lambda + 1 + u')
         return slopes / (np.sqrt((1.0 + u_x) ** 2 + slopes) + 1.0 + u_x)
 
-    def strain_gradient(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
-        """Derivative of the apparent strain with respect to (u', v', w') [-]."""
-        stretch = np.sqrt((1.0 + u_x) ** 2 + v_x**2 + w_x**2)
-        return (1.0 + u_x) / stretch, v_x / stretch, w_x / stretch
+    strain_gradient = CableLaw.strain_gradient
 
     def excess_components(self, u_x: Array, v_x: Array, w_x: Array) -> Components:
         """Components above the pretension, free of cancellation at small displacements [N]."""

@@ -22,7 +22,7 @@ from cabledrive.mechanics.chain import MOTOR_JOINT
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import OUT_OF_PLANE, Motion
-from cabledrive.mechanics.network.pieces import Piece, carriage_at
+from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.rest import loop_statics
 from cabledrive.parameters.arrays import Array, Integers
@@ -146,7 +146,7 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
         places = [a + (b - a) * np.arange(n) / n for a, b, n in gaps]
         positions.append(np.concatenate([*places, joints[-1:]]))
         for piece, node in zip(own[1:], (first + np.cumsum(counts)).tolist(), strict=False):
-            number = carriage_at(drive, piece)
+            number = piece.carriages[0]
             carriages[number], carried[node] = node, drive.carriage[number].mass
             sways[node] = not drive.carriage[number].guided
         h = np.diff(positions[k])

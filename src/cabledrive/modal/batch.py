@@ -7,11 +7,10 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.mechanics.chain import Chain, Pendant
-from cabledrive.modal.component import Component, Fixed
+from cabledrive.mechanics.chain import Chain, Pendant, own_chain
 from cabledrive.modal.cuts import Cut
-from cabledrive.modal.elements import ALONG, Row, Wave
-from cabledrive.modal.rows import MASS, SPRING, Table, counted, lanes_at
+from cabledrive.modal.networks import network_of_chain
+from cabledrive.modal.rows import Table, counted, lanes_at
 from cabledrive.modal.search import ENCLOSURE, searched
 
 Array = NDArray[np.float64]
@@ -93,26 +92,21 @@ def _spectra(chains: ChainBatch, here: slice, wanted: int) -> tuple[Array, NDArr
 
 def _table(chains: ChainBatch, here: slice) -> Table:
     """The rows of one chain, every segment cut, with the numbers of all."""
-    times, pendant = chains.times[here], chains.pendant[here]
-    masses, grounds = chains.masses[here], chains.grounds[here]
-    joints, hung = masses.shape[1], bool(pendant.any())
-    shaft, motor = ((0, 1.0),), ((joints, 1.0),)
-    fixed: list[tuple[int, Array, Row]] = [(MASS, masses[:, i], ((i, 1.0),)) for i in range(joints)]
-    fixed += [(SPRING, grounds[:, i], ((i, 1.0),)) for i in range(joints)]
-    if hung:
-        fixed += [
-            (SPRING, pendant[:, 0], (*motor, *((c, -v) for c, v in shaft))),
-            (MASS, pendant[:, 1], motor),
-            (SPRING, pendant[:, 2], motor),
-        ]
-    z, mean = np.tile(chains.impedance[here], (times.shape[1], 1)), times.mean(axis=0)
-    waves = [
-        Wave(((i, 1.0),), (((i + 1) % joints, 1.0),), float(z[0].mean()), float(mean[i]), (i, ALONG))
-        for i in range(times.shape[1])
-    ]
-    rows = [Fixed(kind, float(factor.mean()), row) for kind, factor, row in fixed]
-    nominal = Component(range(joints + hung), [*waves, *rows])
-    cut = Cut(nominal, 1.0, np.ones(len(waves), dtype=bool))
-    return cut.table._replace(
-        z=z[cut.wave], time=times.T[cut.wave], a=np.array([factor for _, factor, _ in fixed])
+    times, masses, pendant = chains.times[here], chains.masses[here], chains.pendant[here]
+    joints, segments, hung = masses.shape[1], times.shape[1], bool(pendant.any())
+    z, heavy = float(chains.impedance[here].mean()), masses.mean(axis=0)
+    nominal = Chain(
+        rigidity=z,
+        density=z,
+        lengths=times.mean(axis=0),
+        masses=np.where(heavy > 0.0, heavy, 1e-12 * heavy.max()),
+        closed=joints == segments,
+        pendants=(Pendant(stiffness=1.0, mass=float(pendant[:, 1].max()), ground=1.0),) if hung else (),
+        grounds=np.ones(joints),
     )
+    (own,), _ = network_of_chain(own_chain(nominal)).components()
+    cut, factors = Cut(own, 1.0, np.ones(segments, dtype=bool)), [masses.T, chains.grounds[here].T]
+    if hung:
+        factors.append(pendant.T[[1, 0, 2]])  # in the order of the network's rows
+    many = np.tile(chains.impedance[here], (segments, 1))
+    return cut.table._replace(z=many[cut.wave], time=times.T[cut.wave], a=np.vstack(factors))

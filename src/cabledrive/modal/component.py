@@ -115,7 +115,7 @@ class Component:
             strains /= np.where(largest > 0.0, largest, 1.0) ** 2
         still = t._replace(lag=np.zeros_like(t.lag))
         band = bands(still, np.ones(1), strains[:, None], np.zeros((t.part.size, 1)))[..., 0]
-        loose, unstable = zero_pivots(band, 1e-12 + 1e-13 * t.size if turned else 1e-9)
+        loose, unstable = zero_pivots(still, band, 1e-12 + 1e-13 * t.size if turned else 1e-9)
         if turned and unstable:
             said = "the machine is unstable where it stands: the forces at rest turn a body away"
             raise InputRefused(f"{said}; support it, or give it stiffness")

@@ -1,9 +1,8 @@
 """The rows of a component in a table: long waves cut, ropes in segments, ordered in a narrow band, scaled."""
 
-from collections import deque
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,9 +21,11 @@ from cabledrive.modal.rows import (
     part_times,
     weights,
 )
+from cabledrive.modal.runs import Run, long_runs
 
 if TYPE_CHECKING:
     from cabledrive.modal.component import Component
+    from cabledrive.modal.search import Solved
 
 DENSE = 20_000
 """Entries up to which a matrix is kept whole."""
@@ -85,15 +86,25 @@ class Cut:
         mass[waves:][kinds == MASS] = factor[kinds == MASS]
         diagonal = np.bincount(column, mass[row] * value**2, n)
         self.scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        self.order = _narrow_order(row, column, n)
+        sort = np.argsort(row, kind="stable")
+        row, column, value, delayed = row[sort], column[sort], value[sort], delayed[sort]
+        pairs = _pairs(first := np.searchsorted(row, np.arange(base + 1)))
+        e, f = (column[own] for own in pairs)
+        key = np.unique((e * n + f)[e > f])  # what is tied, each pair once
+        upper, lower = key // max(1, n), key % max(1, n)
+        self.order = _narrow_order(upper, lower, n)
         self.position = np.empty(n, dtype=np.intp)
         self.position[self.order] = np.arange(n)
+        upper, lower = self.position[upper], self.position[lower]
+        running = bool(own.lag[self.wave].any())
         self.table = _table(
             own,
             self.wave,
             part,
             (kinds, factor, np.concatenate(b)),
             (row, self.position[column], value * self.scale[column], delayed),
+            (first, *pairs),
+            () if running else long_runs(np.maximum(upper, lower), np.minimum(upper, lower), n),
             n,
         )
 
@@ -128,20 +139,32 @@ class Cut:
         nodes = np.concatenate((np.array(rows[:k])[None], joints, np.array(rows[k:])[None]))
         return np.concatenate((nodes[:-1], nodes[1:]), axis=1)
 
-    def energies(self, omega: float, placed: float, x: Values) -> tuple[Array, Array]:
-        """Of every row, four times its strain energy and its kinetic energy; means over the shapes.
+    def energies(self, modes: Sequence["Solved"]) -> list[tuple[Array, Array]]:
+        """Of every row and mode, four times its strain and its kinetic energy; means over shapes.
 
         With the terms k of the stiffness over omega and r of its rate, the strain energy is (omega k +
-        omega^2 r)/4 and the kinetic energy (omega^2 r - omega k)/4.
+        omega^2 r)/4 and the kinetic energy (omega^2 r - omega k)/4. The modes have one multiplicity.
         """
-        t, lane = self.table, Lanes(np.array([omega]), np.array([placed]), np.zeros(1, np.intp))
-        w, rate, late, _ = weights(t, lane)
-        y, turned = moved(t, lane.omega, late, x[:, None])
-        square = np.mean(np.abs(y[:, 0]) ** 2, axis=1)
-        stiff, fall = w[:, 0] * square, rate[:, 0] * square
+        omega, placed = np.array([(own.omega, own.placed) for own in modes]).T
+        t, lanes = self.table, Lanes(omega, placed, np.zeros(omega.size, np.intp))
+        w, rate, late, _ = weights(t, lanes)
+        y, turned = moved(t, omega, late, np.stack([own.shapes for own in modes], axis=1))
+        square = np.mean(np.abs(y) ** 2, axis=2)
+        stiff, fall = w * square, rate * square
         if t.running:
-            fall = fall - 2.0 * w[:, 0] * np.mean((y[:, 0].conj() * turned[:, 0]).real, axis=1)
-        return omega * stiff + omega**2 * fall, omega**2 * fall - omega * stiff
+            fall = fall - 2.0 * w * np.mean((y.conj() * turned).real, axis=2)
+        stiff, fall = omega * stiff, omega**2 * fall
+        return list(zip((stiff + fall).T, (fall - stiff).T, strict=True))
+
+    def across(self, modes: Sequence["Solved"]) -> Array:
+        """Four times the strain energy across of ropes that move along as well, shape (modes, ropes)."""
+        found, x = np.zeros((len(modes), len(self.segments))), [self.natural(own.shapes) for own in modes]
+        omega, shapes = np.repeat([own.omega for own in modes], x[0].shape[1]), np.concatenate(x, axis=1)
+        for number, (segments, _, _) in enumerate(self.segments):
+            if len(segments.rope.tags) > 1:
+                work = segments.work_across(omega, self.rope_ends(number, shapes))
+                found[:, number] = 2.0 * segments.rope.ropes * work.reshape(len(modes), -1).mean(axis=1)
+        return found
 
 
 def _rope_rows(
@@ -167,14 +190,14 @@ def _table(
     part: Integers,
     fixed: tuple[Integers, Array, Array],
     entries: tuple[Integers, Integers, Array, NDArray[np.bool_]],
+    pairs: tuple[Integers, Integers, Integers],
+    runs: tuple[Run, ...],
     size: int,
 ) -> Table:
-    """Entries sorted by row, and the pairs of them that make the lower half of the band."""
-    sort = np.argsort(entries[0], kind="stable")
-    row, column, value, delayed = entries[0][sort], entries[1][sort], entries[2][sort], entries[3][sort]
+    """Entries, in order of their rows, and the pairs of them that make the lower half of the band."""
+    row, column, value, delayed = entries
     lag, rows = own.lag[wave], 3 * wave.size + fixed[0].size
-    first = np.searchsorted(row, np.arange(rows + 1))
-    e, f = _pairs(first)
+    first, e, f = pairs
     lower = column[e] >= column[f]
     e, f = e[lower], f[lower]
     width = int((column[e] - column[f]).max(initial=0))
@@ -201,6 +224,7 @@ def _table(
         products=tuple(
             _matrix(product[one], slot[one], row[e][one], (size * (width + 1), rows)) for one in where
         ),
+        runs=runs,
         size=size,
         width=width,
     )
@@ -228,32 +252,25 @@ def _pairs(first: Integers) -> tuple[Integers, Integers]:
     return np.concatenate(left), np.concatenate(right)
 
 
-def _narrow_order(row: Integers, column: Integers, n: int) -> Integers:
-    """An order of the unknowns with those of one row near each other (Cuthill and McKee, reversed)."""
+def _narrow_order(upper: Integers, lower: Integers, n: int) -> Integers:
+    """An order of the unknowns with those that are tied near each other (Cuthill and McKee, reversed)."""
     if n < 4:
         return np.arange(n)
-    sort = np.argsort(row, kind="stable")
-    first, columns = np.flatnonzero(np.diff(row[sort], prepend=-1)).tolist(), column[sort].tolist()
-    sets = {tuple(sorted(set(columns[a:b]))) for a, b in pairwise([*first, len(columns)])}
-    near: list[set[int]] = [set() for _ in range(n)]
-    for own in sets:
-        for c in own:
-            near[c].update(own)
-    ties = [len(own) for own in near]
-    seen, order = [False] * n, []
-    for start in sorted(range(n), key=ties.__getitem__):
-        if seen[start]:
+    both, other = np.concatenate((upper, lower)), np.concatenate((lower, upper))
+    ties = np.bincount(both, minlength=n)
+    near, first = other[np.lexsort((other, ties[other], both))].tolist(), [0, *np.cumsum(ties).tolist()]
+    seen, order = set[int](), list[int]()
+    for start in np.argsort(ties, kind="stable").tolist():
+        if start in seen:
             continue
-        for last in range(2):  # from the far end of what hangs together
-            queue, here, visited = deque([start]), [], {start}
-            while queue:
-                c = queue.popleft()
-                here.append(c)
-                for other in sorted(near[c] - visited, key=ties.__getitem__):
-                    visited.add(other)
-                    queue.append(other)
-            start = here[-1] if not last else start
+        for _ in range(2):  # from the far end of what hangs together
+            here, visited = [start], {start}
+            for c in here:  # which grows
+                for neighbour in near[first[c] : first[c + 1]]:
+                    if neighbour not in visited:
+                        visited.add(neighbour)
+                        here.append(neighbour)
+            start = here[-1]
         order += here
-        for c in here:
-            seen[c] = True
+        seen |= visited
     return np.array(order[::-1], dtype=np.intp)

@@ -158,9 +158,18 @@ class Rope:
             parts.append(a + (b - a) * np.arange(n) / n)
         return np.append(np.concatenate(parts), 1.0)
 
+    @cached_property
+    def _made(self) -> dict[bytes, "Segments"]:
+        return {}
+
     def segments(self, top: float) -> "Segments":
         """Its segments up to a frequency [rad/s]: springs and inertia at rest, modes between held ends."""
         places = self.places(top)
+        if (key := places.tobytes()) not in self._made:
+            self._made[key] = self._divided(places)
+        return self._made[key]
+
+    def _divided(self, places: Array) -> "Segments":
         along, beam = self.direction is not None, self.bend > 0.0
         nodes, weight, shapes = _gauss(along, beam)
         size = self.length * np.diff(places)
@@ -223,8 +232,11 @@ class Segments:
     still: Array
     waves: Array
 
-    def factors(self, omega: float, ends: Values) -> Values:
-        """Factors of all polynomials, shape (p, n, k), by the motion of their ends, shape (p, ends, k)."""
+    def factors(self, omega: float | Array, ends: Values) -> Values:
+        """Factors of all polynomials, shape (p, n, k), by the motion of their ends, shape (p, ends, k).
+
+        ``omega``: of all columns, or of each, (k,) [rad/s].
+        """
         k = ends.shape[1]
         pole, b = self.value[:, 2 * k :], self.b[:, 2 * k :, None]
         inside = self.still @ ends + self.waves @ (omega**2 / (b**2 - omega**2) * (pole @ ends))
@@ -233,10 +245,10 @@ class Segments:
             ends[:, [k // 2 - 1, k - 1]] *= self.size[:, None, None]
         return np.asarray(np.concatenate((ends, inside), axis=1))
 
-    def work_across(self, omega: float, ends: Values) -> float:
-        """Twice the strain energy across, of force, bending and half of what mixes both; mean over shapes."""
+    def work_across(self, omega: Array, ends: Values) -> Array:
+        """Twice the strain energy across, of force, bending and half of what mixes both, of each column."""
         q = self.factors(omega, ends)
-        return float(np.sum((q.conj() * (self._across @ q)).real)) / ends.shape[2]
+        return np.asarray(np.sum((q.conj() * (self._across @ q)).real, axis=(0, 1)))
 
     @cached_property
     def _across(self) -> Array:

@@ -195,17 +195,17 @@ class HeldMode(Mode):
         self.tags = [wave.tag for wave, _ in waves]
         self.ways = {way for _, way in self.tags}
         self.mass = sum(wave.z * wave.time for wave, _ in waves)
-        self.coordinates = {}
+        self.coordinates, self.springs, self.kinetic = {}, {}, {"cable": 1.0}
 
     @cached_property
-    def _energies(self) -> tuple[dict[Place, float], dict[str, float], dict[str, float]]:
-        """Shares of the strain energy by place; no spring and no coordinate takes part."""
+    def places(self) -> dict[Place, float]:
+        """Share of the strain energy by span, direction and section."""
         found: dict[Place, float] = {}
         for wave, times in self.waves:
             piece = self.network.pieces[wave.tag[0]]
             key = piece.span, wave.tag[1], piece.section
             found[key] = found.get(key, 0.0) + times / self.multiplicity
-        return found, {}, {"cable": 1.0}
+        return found
 
     def taken_for(self, span: str, way: str) -> str:
         """A string."""

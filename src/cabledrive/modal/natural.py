@@ -171,7 +171,6 @@ def _limited(listed: Modes, spectrum: Spectrum, network: Network) -> Modes:
         certified=listed.certified and limit is None,
         certified_reason=limit if listed.certified else listed.certified_reason,
         warnings=tuple(route_range_warnings(network)),
-        drive_hash=content_hash(network.drive),
         motor=network.motion.motor,
         hold=tuple(sorted(network.motion.hold)),
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import DRIVE_PULLEY, MOTOR, PULLEYS, held_joints
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
-from cabledrive.mechanics.network.pieces import Piece, carriage_at, lift_off
+from cabledrive.mechanics.network.pieces import Piece, lift_off
 from cabledrive.mechanics.rest import loop_statics, rest_state
 from cabledrive.modal.component import Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
@@ -32,7 +32,7 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
         """Slope of a beam at its end: zero on a pulley and at what is guided, the body's at an anchor."""
         place = piece.place(start)
         if place is None:
-            carriage = carriage_at(drive, piece, start=start)
+            carriage = piece.carriages[not start]
             name = motion.carriage_name(carriage)
             if drive.carriage[carriage].guided or name in motion.hold:
                 return ()
@@ -48,12 +48,17 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
         """A row as the elements take it."""
         return tuple((c, v) for c, v in row.items() if v)
 
-    def end(piece: Piece, start: bool) -> End:
+    def end(piece: Piece, start: bool, sags: bool) -> End:
         bends, out = bool(piece.rope.bending_stiffness), piece.rows[OUT][not start]
+        straight = moves = itself = [items(piece.rows[way][not start]) for way in DIRECTIONS]
+        if sags:
+            moves, itself = (
+                [items(row) for row in (*piece.moves(start, along_itself=own), out)] for own in (False, True)
+            )
         return End(
-            [items(piece.rows[way][not start]) for way in DIRECTIONS],
-            [items(row) for row in (*piece.moves(start), out)],
-            [items(row) for row in (*piece.moves(start, along_itself=True), out)],
+            straight,
+            moves,
+            itself,
             (slope(piece, ACROSS, start), slope(piece, OUT, start)) if bends else ((), ()),
             lift_off(drive, piece, start=start) if bends else 0.0,
         )
@@ -66,7 +71,8 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
                 parts.append(Wave(ends[0], ends[1], *wave))
             continue
         rope = piece.rope.density, piece.rope.bending_stiffness or 0.0, piece.route.ropes
-        parts += parts_of_piece(number, piece.rest, rope, end(piece, True), end(piece, False), edges[number])
+        near, far = (end(piece, start, edges[number] > 0.0) for start in (True, False))
+        parts += parts_of_piece(number, piece.rest, rope, near, far, edges[number])
     fixed = [
         Fixed(kind, float(own), tuple(row.items()), name if kind == SPRING else "")
         for kind, parts in ((MASS, net.masses), (SPRING, net.springs))
@@ -153,7 +159,7 @@ def _called(drive: Drive, network: Network, held: frozenset[str]) -> tuple[Piece
     found: list[PieceOfSpan] = []
     for span in drive.spans:
         own = [piece for piece in network.pieces if piece.rest.span == span]
-        numbers = [carriage_at(network.drive, piece) for piece in own[1:]]
+        numbers = [piece.carriages[0] for piece in own[1:]]
         names = [f"carriage {i}" for i in numbers]
         guided = [drive.carriage[i].guided or name in held for i, name in zip(numbers, names, strict=True)]
         ends = [0.0, *(drive.carriage[i].position for i in numbers), drive.span_length]

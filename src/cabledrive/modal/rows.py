@@ -16,7 +16,6 @@ strings, beams or sag. All is done for many frequencies at once, the lanes; each
 own, with other numbers in the same rows.
 """
 
-from functools import cache
 from math import pi
 from typing import Any, NamedTuple
 
@@ -24,6 +23,7 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from cabledrive.modal.runs import Run, eliminated, solved_run, solved_whole
 from cabledrive.parameters.errors import NotComputed
 
 Array = NDArray[np.float64]
@@ -35,11 +35,14 @@ MASS, SPRING, POLE = 0, 1, 2
 GROWTH = 1e4
 """How far the terms of an elimination may outgrow the matrix before its signs are in doubt."""
 
+STEADY = 1e2
+"""The same of runs, whose terms meet in few pivots."""
+
 STEPS, CONVERGED, STAY = 14, 1e-13, 1e-12
 """Steps of a refinement, the shift at which it ends, and how far it may leave its bracket, both relative."""
 
-TOGETHER = 4_000_000
-"""Rows times lanes that are held at a time."""
+TOGETHER = 500_000
+"""Rows times lanes that are held at a time: what a cache holds."""
 FEW = 16
 """Unknowns up to which many matrices are solved in one call."""
 
@@ -52,7 +55,8 @@ class Table(NamedTuple):
     the factors of the fixed rows behind, have a second axis where the lanes are of several machines. Entries
     of row r are ``first[r]:first[r+1]``. ``kinds``: numbers of the fixed rows of each kind; ``rows``: all as
     matrices, of the entries without phase and, if a rope runs, of those with it; ``products``: of their
-    pairs, which make the band, entry (j + d, j) in its place j (width + 1) + d.
+    pairs, which make the band, entry (j + d, j) in its place j (width + 1) + d; ``runs``: its longest run,
+    none where a rope runs.
     """
 
     z: Array
@@ -69,6 +73,7 @@ class Table(NamedTuple):
     kinds: tuple[tuple[int, Integers], ...]
     rows: tuple[Any, ...]
     products: tuple[Any, ...]
+    runs: tuple[Run, ...]
     size: int
     width: int
 
@@ -123,12 +128,15 @@ def _of(values: Array, lanes: Lanes) -> Array:
     return values[:, lanes.machine] if values.ndim == 2 else values[:, None]
 
 
-def weights(t: Table, lanes: Lanes) -> tuple[Array, Array, Array, Array]:
-    """Weights of all rows, minus their derivatives, phases of running ropes [s], and hidden modes."""
+def weights(t: Table, lanes: Lanes, *, rates: bool = True) -> tuple[Array, Array, Array, Array]:
+    """Weights of all rows, minus their derivatives, phases of running ropes [s], and hidden modes.
+
+    ``rates``: whether the derivatives are wanted.
+    """
     own, hidden = part_times(t, lanes)
     omega, m = lanes.omega, 3 * t.part.size
     w = np.empty((m + t.kind.size, omega.size))
-    rate = np.empty_like(w)
+    rate = np.empty_like(w) if rates else w[:0]
     z, time, late = _of(t.z, lanes), own, own[:0]
     if t.running:
         late = t.lag[:, None] * own / _of(t.time, lanes)
@@ -140,22 +148,24 @@ def weights(t: Table, lanes: Lanes) -> tuple[Array, Array, Array, Array]:
     inverse = 1.0 / x
     w[0:m:3] = 0.5 * z * (x + inverse)
     w[1:m:3] = w[2:m:3] = -z * x
-    rate[0:m:3] = 0.5 * w[0:m:3] * time * (inverse - x)
-    rate[1:m:3] = rate[2:m:3] = 0.5 * z * time * (1.0 + x * x)
-    if t.ring.any():
-        rate[:m] += w[:m] * np.repeat(curved / slow**2, 3, axis=0) / omega
+    if rates:
+        rate[0:m:3] = 0.5 * w[0:m:3] * time * (inverse - x)
+        rate[1:m:3] = rate[2:m:3] = 0.5 * z * time * (1.0 + x * x)
+        if t.ring.any():
+            rate[:m] += w[:m] * np.repeat(curved / slow**2, 3, axis=0) / omega
     for kind, rows in t.kinds:
-        a = _of(t.a[rows], lanes)
+        a, square = _of(t.a[rows], lanes), omega**2
         if kind == MASS:
-            w[m + rows], rate[m + rows] = -omega * a, a
+            w[m + rows], fall = -omega * a, a
         elif kind == SPRING:
-            w[m + rows] = a / omega
-            rate[m + rows] = a / omega**2
+            w[m + rows], fall = a / omega, a / square
         else:
-            square, b = omega**2, t.b[rows, None] ** 2
+            b = t.b[rows, None] ** 2
             apart = b - square
             w[m + rows] = -a * omega * square / apart
-            rate[m + rows] = a * square * (3.0 * b - square) / apart**2
+            fall = a * square * (3.0 * b - square) / apart**2
+        if rates:
+            rate[m + rows] = fall
     return w, rate, late, hidden
 
 
@@ -202,29 +212,35 @@ def negative_pivots(band: NDArray[Any]) -> tuple[Array, Array]:
     return (pivot < 0.0).sum(axis=0), terms.max(axis=0) / np.abs(band[:, 0]).max(axis=0)
 
 
-def zero_pivots(band: NDArray[Any], least: float) -> tuple[int, bool]:
+def zero_pivots(t: Table, band: NDArray[Any], least: float) -> tuple[int, bool]:
     """Pivots of LDL^H of one band that are zero, to a share of the diagonal; whether one is negative."""
-    size, width = band.shape[0], band.shape[1] - 1
-    zero, diagonal = 0, np.abs(band[:, 0])
+    diagonal, before = np.abs(band[:, 0]), False
+    for run in t.runs[:1]:
+        (matrix, *_), negative, growth = eliminated(run, band[..., None])
+        if growth[0] <= STEADY:
+            before, diagonal = bool(negative[0]), diagonal[run.kept]
+            band = np.array([np.pad(own[i:], (0, i)) for i, own in enumerate(matrix[0])])
+    size, width, zero = band.shape[0], band.shape[1] - 1, 0
     for k in range(size):
         pivot = float(band[k, 0].real)
         if abs(pivot) <= least * diagonal[k]:
             zero += 1
             continue
-        if pivot < 0.0:
+        if before or pivot < 0.0:
             return zero, True
         m = min(width, size - 1 - k)
         for j in range(m):
             if band[k, 1 + j] != 0.0:
                 band[k + 1 + j, : m - j] -= band[k, 1 + j : 1 + m] / pivot * band[k, 1 + j].conj()
-    return zero, False
+    return zero, before
 
 
 def counted(t: Table, lanes: Lanes) -> Array:
     r"""Modes below each lane's frequency, rigid ones included (Wittrick and Williams [1]_), Eq. (M.5).
 
-    The negative pivots of the elimination, and the modes that the cuts hide between held ends. Where
-    round-off clouds the signs, from the other end, then both with more digits, then by eigenvalues.
+    The negative pivots of the elimination, of long runs first, and the modes that the cuts hide between held
+    ends. Where round-off clouds the signs, in the order of the band, from its other end, then both with more
+    digits, then by eigenvalues.
 
     References
     ----------
@@ -235,9 +251,17 @@ def counted(t: Table, lanes: Lanes) -> Array:
         parts = range(0, lanes.omega.size, most)
         return np.concatenate([counted(t, lanes.take(slice(first, first + most))) for first in parts])
     with np.errstate(all="ignore"):
-        w, _, late, hidden = weights(t, lanes)
+        w, _, late, hidden = weights(t, lanes, rates=False)
         band = bands(t, lanes.omega, w, late)
         found, bad, wide = np.zeros(hidden.shape), np.arange(hidden.size), np.result_type(band, np.longdouble)
+        for run in t.runs:
+            (matrix, *_), pivots, growth = eliminated(run, band[..., bad])
+            # eigenvalues of what is left, which a double mode does not trouble
+            matrix = np.where(np.isfinite(matrix), matrix, 0.0)
+            found[bad] = hidden[bad] + pivots + (np.linalg.eigvalsh(matrix) < 0.0).sum(axis=1)
+            bad = bad[~(growth <= STEADY)]
+            if not bad.size:
+                return found
         for kind, turned in ((band.dtype, False), (band.dtype, True), (wide, False), (wide, True)):
             own = band[..., bad].astype(kind, copy=False)
             negative, growth = negative_pivots(turned_round(own) if turned else own)
@@ -258,55 +282,45 @@ def counted(t: Table, lanes: Lanes) -> Array:
 
 def dense(band: NDArray[Any]) -> NDArray[Any]:
     """The whole matrices of bands, shape (..., size, size) of (size, width + 1, ...)."""
-    size, width = band.shape[0], band.shape[1] - 1
-    flat = np.zeros((size * (width + 1) + 1, *band.shape[2:]), band.dtype)
-    flat[:-1] = band.reshape(-1, *band.shape[2:])
-    place, above = _places(size, width)
-    full = np.moveaxis(flat[place], (0, 1), (-2, -1))
-    return np.where(above, full.conj(), full) if np.iscomplexobj(band) else full
+    size, number = band.shape[0], np.arange(band.shape[0])
+    full = np.zeros((size, size, *band.shape[2:]), band.dtype)
+    for d, own in zip(range(size), band.swapaxes(0, 1), strict=False):
+        full[number[d:], number[: size - d]] = own[: size - d]
+        full[number[: size - d], number[d:]] = own[: size - d].conj()
+    return np.moveaxis(full, (0, 1), (-2, -1))
 
 
-@cache
-def _places(size: int, width: int) -> tuple[Integers, NDArray[np.bool_]]:
-    """Where in a flat band, with a zero behind, each entry of the whole matrix is; which lie above."""
-    i, j = np.indices((size, size))
-    distance = np.abs(i - j)
-    within = distance <= width
-    return np.where(within, np.minimum(i, j) * (width + 1) + distance, size * (width + 1)), i < j
-
-
-def solved(band: NDArray[Any], x: NDArray[Any]) -> NDArray[Any]:
+def solved(band: NDArray[Any], x: NDArray[Any], runs: tuple[Run, ...] = ()) -> NDArray[Any]:
     """Solve every lane's band for its columns, shape (size, lanes, k); scaled to a largest entry of 1."""
-    size, width = band.shape[0], band.shape[1] - 1
-    out = np.empty_like(x)
-    if size <= FEW:
-        full = dense(band)
-        diagonal = np.abs(band[:, 0]).max(axis=0)
-        for share in (1e-15, 1e-14, 1e-13, None):  # a root itself is left by as little as will do
-            try:
-                out[:] = np.linalg.solve(full, x.transpose(1, 0, 2)).transpose(1, 0, 2)
-                break
-            except np.linalg.LinAlgError:
-                if share is None:
-                    raise
-                off = np.where(diagonal > 0.0, share * diagonal, 1.0)
-                full[:, np.arange(size), np.arange(size)] += off[:, None]
+    if band.shape[0] <= FEW:
+        out = solved_whole(dense(band), x)
+    elif runs:
+        left, _, growth = eliminated(runs[0], band, x)
+        out, bad = solved_run(runs[0], left, band.shape[0]), np.flatnonzero(~(growth <= STEADY))
+        out[:, bad] = _pivoted(band[..., bad], x[:, bad])
     else:
-        from scipy.linalg.lapack import dgbsv, zgbsv
-
-        solve = zgbsv if np.iscomplexobj(band) else dgbsv
-        for lane in range(x.shape[1]):
-            general = np.zeros((3 * width + 1, size), band.dtype, order="F")
-            for d in range(width + 1):
-                column = band[: size - d, d, lane]
-                general[2 * width - d, d:] = column.conj()
-                general[2 * width + d, : size - d] = column
-            _, _, own, singular = solve(width, width, general, x[:, lane])
-            if singular:
-                general[2 * width] += 1e-16 * np.abs(general[2 * width]).max()
-                _, _, own, singular = solve(width, width, general, x[:, lane])
-            out[:, lane] = own
+        out = _pivoted(band, x)
     return out / np.abs(out).max(axis=0)
+
+
+def _pivoted(band: NDArray[Any], x: NDArray[Any]) -> NDArray[Any]:
+    """Solve every lane's band with pivots."""
+    from scipy.linalg.lapack import dgbsv, zgbsv
+
+    size, width, out = band.shape[0], band.shape[1] - 1, np.empty_like(x)
+    solve = zgbsv if np.iscomplexobj(band) else dgbsv
+    for lane in range(x.shape[1]):
+        general = np.zeros((3 * width + 1, size), band.dtype, order="F")
+        for d in range(width + 1):
+            column = band[: size - d, d, lane]
+            general[2 * width - d, d:] = column.conj()
+            general[2 * width + d, : size - d] = column
+        _, _, own, singular = solve(width, width, general, x[:, lane])
+        if singular:
+            general[2 * width] += 1e-16 * np.abs(general[2 * width]).max()
+            _, _, own, singular = solve(width, width, general, x[:, lane])
+        out[:, lane] = own
+    return out
 
 
 def moved(t: Table, omega: Array, late: Array, x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:

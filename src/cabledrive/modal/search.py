@@ -227,8 +227,8 @@ def refined(t: Table, own: _Brackets, m: int) -> tuple[NDArray[np.bool_], Array,
     with np.errstate(all="ignore"):
         w, rate, late, _ = weights(t, at)
         band = bands(t, at.omega, w, late)
-        x = _apart(solved(band, x))
-        x = _apart(solved(band, rate_load(t, at.omega, w, rate, late, x)))
+        x = _apart(solved(band, x, t.runs))
+        x = _apart(solved(band, rate_load(t, at.omega, w, rate, late, x), t.runs))
         for _ in range(STEPS):
             energy, fall = forms(t, at.omega, w, rate, late, x)
             fine, sigma, basis = _ritz(energy, fall)
@@ -250,7 +250,7 @@ def refined(t: Table, own: _Brackets, m: int) -> tuple[NDArray[np.bool_], Array,
             at = Lanes(at.omega[go] + shift[go], at.placed[go], at.machine[go])
             w, rate, late, _ = weights(t, at)
             load = rate_load(t, at.omega, w, rate, late, x)
-            x = _apart(solved(bands(t, at.omega, w, late), load))
+            x = _apart(solved(bands(t, at.omega, w, late), load, t.runs))
     return good, omegas, shapes
 
 

@@ -80,59 +80,62 @@ class Shape:
         return dict(zip(names, self._natural, strict=False))
 
     @cached_property
-    def _energies(self) -> tuple[dict[Place, float], dict[str, float], dict[str, float]]:
-        """Shares of the strain energy by place and by spring, of the kinetic energy by coordinate."""
-        cut, own, omega = self.cut, self.cut.own, self.solved.omega
-        strain, kinetic = cut.energies(omega, self.solved.placed, self.solved.shapes)
-        total = float(strain.sum())
-        places: dict[Place, float] = {}
+    def row_energies(self) -> tuple[Array, Array]:
+        """Strain and kinetic energy of every row, times four."""
+        return self.cut.energies([self.solved])[0]
+
+    @cached_property
+    def across(self) -> Array:
+        """Strain energy across of each rope that moves along as well, times four."""
+        return self.cut.across([self.solved])[0]
+
+    @cached_property
+    def places(self) -> dict[Place, float]:
+        """Share of the strain energy by span, direction and section."""
+        cut, own, strain = self.cut, self.cut.own, self.row_energies[0]
+        total, found = float(strain.sum()), dict[Place, float]()
 
         def add(tag: Tag, value: float) -> None:
             piece = self.network.pieces[tag[0]]
             key = piece.span, tag[1], piece.section
-            places[key] = places.get(key, 0.0) + value / total
+            found[key] = found.get(key, 0.0) + value / total
 
-        waves = 3 * cut.wave.size
-        parts = np.bincount(cut.wave, strain[:waves].reshape(-1, 3).sum(axis=1), len(own.waves))
+        parts = np.bincount(cut.wave, strain[: 3 * cut.wave.size].reshape(-1, 3).sum(axis=1), len(own.waves))
         for wave, value in zip(own.waves, parts.tolist(), strict=True):
             add(wave.tag, value)
         for number, (segments, base, _) in enumerate(cut.segments):
             rope = segments.rope
             whole = across = float(strain[base : base + segments.kind.size].sum())
             if len(rope.tags) > 1:
-                ends = cut.rope_ends(number, self._natural)
-                across = 2.0 * rope.ropes * segments.work_across(omega, ends)
+                across = float(self.across[number])
                 add(rope.tags[0], whole - across)
             add(rope.tags[-1], across)
-        springs: dict[str, float] = {}
-        for one, value in zip(own.fixed, strain[waves : waves + len(own.fixed)].tolist(), strict=True):
+        return found
+
+    @cached_property
+    def springs(self) -> dict[str, float]:
+        """Share of the strain energy by name of the spring."""
+        own, strain, first = self.cut.own, self.row_energies[0], 3 * self.cut.wave.size
+        total, found = float(strain.sum()), dict[str, float]()
+        for one, value in zip(own.fixed, strain[first : first + len(own.fixed)].tolist(), strict=True):
             if one.kind == SPRING:
-                springs[one.name] = springs.get(one.name, 0.0) + value / total
+                found[one.name] = found.get(one.name, 0.0) + value / total
+        return found
+
+    @cached_property
+    def kinetic(self) -> dict[str, float]:
+        """Share of the kinetic energy by coordinate, and of the "cable"; mean over the shapes."""
+        own = self.cut.own
         x = self._natural[: own.size]
         row, column, value = own.fixed_rows
         moved = np.zeros((own.factor.size, x.shape[1]), x.dtype)
         np.add.at(moved, row, value[:, None] * x[column])
         momentum = np.where(own.fixed_kind == MASS, own.factor, 0.0)[row, None] * value[:, None] * moved[row]
         energy = np.bincount(column, np.mean((x[column].conj() * momentum).real, axis=1), own.size)
-        whole = 0.5 * float(kinetic.sum()) / omega**2
+        whole = 0.5 * float(self.row_energies[1].sum()) / self.solved.omega**2
         names = [self.network.names[c] for c in own.columns]
         shares = {name: value / whole for name, value in zip(names, energy.tolist(), strict=True) if value}
-        return places, springs, shares | {"cable": 1.0 - sum(shares.values())}
-
-    @property
-    def places(self) -> dict[Place, float]:
-        """Share of the strain energy by span, direction and section."""
-        return self._energies[0]
-
-    @property
-    def springs(self) -> dict[str, float]:
-        """Share of the strain energy by name of the spring."""
-        return self._energies[1]
-
-    @property
-    def kinetic(self) -> dict[str, float]:
-        """Share of the kinetic energy by coordinate, and of the "cable"; mean over the shapes."""
-        return self._energies[2]
+        return shares | {"cable": 1.0 - sum(shares.values())}
 
     @cached_property
     def mass(self) -> float:

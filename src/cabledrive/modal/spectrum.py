@@ -12,12 +12,15 @@ from cabledrive.modal.elements import ALONG
 from cabledrive.modal.mode import LONGITUDINAL, SAME, TRANSVERSE, multiplets
 from cabledrive.modal.motion import HeldMode, Mode
 from cabledrive.modal.networks import ModalNetwork
+from cabledrive.modal.rows import TOGETHER
 from cabledrive.modal.search import ENCLOSURE
 
 ONE_WAVE = 1e-12
 """Harmonics of equal ropes along are one mode when closer than this, relative."""
 MOST_DOUBLINGS = 80
 """Of the frequency, in search of the first modes of one kind."""
+MANY, MOST_GRIDS = 200, 12
+"""Unknowns of a part from which on grids of frequencies, so many, are laid around the one that is sought."""
 MOST = 2.0**60
 """Times the slowest frequency, above which nothing is looked for: what stores no waves has few modes."""
 LOOKED_THROUGH = 400
@@ -161,16 +164,31 @@ class Spectrum:
     def _about(self, kind: str, count: int) -> float:
         """A frequency with about so many modes of one kind below it [rad/s], by straight ropes."""
         if self._straight is None:
-            network = self.network
-            self._straight = _parts(network.straight_above(max(network.edges, default=0.0)))
+            edges = self.network.edges
+            straight = _parts(self.network.straight_above(edges[-1])) if edges else self._windows[0].parts
+            self._straight = straight
         pure = [part for part in self._straight if part.kinds == {kind}]
         parts = pure or [part for part in self._straight if kind in part.kinds]
-        surely = [(count + part.own.size + 2) * pi / part.own.whole for part in parts if part.own.whole]
-        if not surely:
+        long = [part.own for part in parts if part.own.whole]
+        if not long:
             return self.slowest
-        grid = min(surely) * np.geomspace(1.0 / 64.0, 1.0, 16)
-        counts = sum((part.times * part.own.counts(grid) for part in parts), np.zeros(grid.size))
-        return float(grid[min(int(np.searchsorted(counts, count)), grid.size - 1)])
+        many = any(own.size > MANY for own in long)
+        high = min((count + 2 + own.size * (not many)) * pi / own.whole for own in long)
+        low, most = high / 64.0, min((count + own.size + 2) * pi / own.whole for own in long)
+        for _ in range(MOST_GRIDS):
+            grid = np.geomspace(low, high, 16)
+            counts = sum((part.times * part.own.counts(grid) for part in parts), np.zeros(grid.size))
+            place = int(np.searchsorted(counts, count))
+            if place < grid.size:
+                high = float(grid[place])
+                if not many or counts[place] <= 1.25 * count:
+                    break
+                low = float(grid[place - 1]) if place else low / 64.0
+            elif high < most:
+                low, high = high, min(4.0 * high, most)
+            else:
+                break
+        return high
 
     def _in_order(self, modes: list[Mode]) -> list[Mode]:
         """Ascending, with waves of one frequency along ropes between ends at rest as one mode."""
@@ -207,13 +225,25 @@ class Spectrum:
             for number in range(first + 1, int(top * wave.time_at(top) / pi) + 1):
                 yield HeldMode(part.network, ((wave, part.times),), number, wave.held(number) / (2.0 * pi))
             return
+        alike: dict[int, list[Mode]] = {}
         for cut, solved in part.own.modes(low, top):
             if solved.enclosure:
                 self.enclosure = max(self.enclosure, solved.enclosure)
             if part.times > 1:
                 shapes = np.repeat(solved.shapes, part.times, axis=1)
                 solved = solved._replace(shapes=shapes, multiplicity=part.times * solved.multiplicity)
-            yield Mode(part.network, cut, solved)
+            alike.setdefault(solved.multiplicity, []).append(Mode(part.network, cut, solved))
+        for modes in alike.values():
+            if len(part.kinds) > 1:
+                most = max(1, TOGETHER // modes[0].cut.table.first.size)
+                for some in (modes[i : i + most] for i in range(0, len(modes), most)):
+                    cut, solutions = modes[0].cut, [mode.solved for mode in some]
+                    both = zip(some, cut.energies(solutions), cut.across(solutions), strict=True)
+                    for mode, energies, across in both:
+                        mode.row_energies, mode.across = energies, across
+                        mode.places  # noqa: B018 (from which its kind will be asked)
+                        del mode.row_energies
+            yield from modes
 
 
 def _parts(network: ModalNetwork) -> list[_Part]:

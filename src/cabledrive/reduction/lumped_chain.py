@@ -272,10 +272,15 @@ def to_control(chain: LumpedChain) -> Any:
     InputRefused
         If python-control is not installed.
     """
+    try:
+        import control
+    except ImportError:
+        said = "to_control needs python-control: install cabledrive with its extra [control]"
+        raise InputRefused(said) from None
     a, b = state_space(chain)
     n = chain.size
     angles = [f"{name}_angle" for name in chain.names]
-    return _control().ss(
+    return control.ss(
         a,
         b[:, :1],
         np.eye(n, 2 * n),
@@ -284,13 +289,3 @@ def to_control(chain: LumpedChain) -> Any:
         outputs=angles,
         states=[*(f"{name}.state" for name in angles), *(f"{name}_speed" for name in chain.names)],
     )
-
-
-def _control() -> Any:
-    try:
-        import control
-    except ImportError:
-        raise InputRefused(
-            "to_control needs python-control: install cabledrive with its extra [control]"
-        ) from None
-    return control

@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.mechanics.network.motion import ACROSS
-from cabledrive.mechanics.network.pieces import carriage_at
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters.arrays import Array
@@ -206,7 +205,7 @@ def shaken_by_rims(waves: Waves, shapes: Array) -> Array:
             found += (chord * waves.weights) @ (count[:, None] * waves.shapes[:, number]).T
             begun, number = begun + piece.length, number + 1
             if piece is not last:
-                carriage = carriage_at(network.drive, pieces[number])
+                carriage = pieces[number].carriages[0]
                 name = f"{network.motion.carriage_name(carriage)} {ACROSS}"
                 chord_there = ends[0] + (ends[1] - ends[0]) * begun / length
                 swings = waves.coordinates[1] @ network.motion.dense(name)[0]

@@ -44,11 +44,6 @@ class Transporter(NamedTuple):
         """Of drive pulley, carriage, load pulley, payload [kg], shape (4,)."""
         return np.array([self.drive_mass, self.carriage_mass, self.load_mass, self.payload_mass])
 
-    @property
-    def swing_stiffness(self) -> float:
-        """Of the payload's line for small angles, m g / l [N/m]."""
-        return self.payload_mass * self.gravity / self.line_length
-
 
 def transporter_of(
     drive: Drive, *, payload_mass: float, line_length: float, rail_friction: float = 0.5
@@ -132,7 +127,7 @@ def stiffness_and_damping(transporter: Transporter, position: float) -> tuple[Ar
         pull[i], pull[j] = 1.0, -1.0
         cable += k * np.outer(pull, pull)
     hang = np.array([0.0, 1.0, 0.0, -1.0])
-    swing += t.swing_stiffness * np.outer(hang, hang)
+    swing += t.payload_mass * t.gravity / t.line_length * np.outer(hang, hang)  # of small angles
     friction = np.diag([t.viscous, t.rail_friction, 0.0, 0.0])
     return cable + swing, t.damping_time * cable + t.swing_damping * swing + friction
 

@@ -169,8 +169,11 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging
     moved = shown**2 @ weights * mass
     alone = [one.clamped for one in across]
     moved[alone] /= ropes  # of ropes side by side one
+    names = network.motion.names
     coordinates = tuple(
-        np.array([_moved_in(network, mode) for mode in modes]).reshape(len(modes), len(network.motion.names))
+        np.array(
+            [[np.real(mode.joints.get(name, (0.0,))[0]) for name in names] for mode in modes], float
+        ).reshape(len(modes), len(names))
         for modes in (along, across)
     )
     beside, more, measure = None, (0.0, 0.0), 1.0
@@ -211,8 +214,3 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging
         shapes=shown,
         coordinates=(coordinates[0], coordinates[1]),
     )
-
-
-def _moved_in(network: Network, mode: Mode) -> Array:
-    """Motion of every coordinate in a mode of unit modal mass, shape (n,)."""
-    return np.array([float(np.real(mode.joints.get(name, (0.0,))[0])) for name in network.motion.names])

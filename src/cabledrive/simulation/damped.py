@@ -98,13 +98,20 @@ def stretch_rates(d: Rows, mean: Rows, out: Rows | None, rate: Array) -> None:
 
 @njit_inner
 def end_tensions(table: Array, span: tuple[int, int], rate: Array) -> tuple[float, float]:
-    """Tensions of the dampers at both ends of a piece, which answers to the rates of all its segments."""
-    a, b, to_start, to_end = 0.0, 0.0, table[of.TO_START], table[of.TO_END]
-    start = np.uintp(span[0])
-    for k in range(np.uintp(span[1]) - start):
-        i = start + k
-        a += to_start[i] * rate[i]
-        b += to_end[i] * rate[i]
+    """Tensions of the dampers at both ends of a piece: answers to the rates near them, a block at a time."""
+    a, b, to_start, to_end, block = 0.0, 0.0, table[of.TO_START], table[of.TO_END], np.uintp(64)
+    first, last = np.uintp(span[0]), np.uintp(span[1])
+    low, high = first, last
+    while low < last and to_start[low] != 0.0:
+        size = min(block, last - low)
+        for k in range(size):
+            a += to_start[low + k] * rate[low + k]
+        low += size
+    while high > first and to_end[high - np.uintp(1)] != 0.0:
+        size = min(block, high - first)
+        high -= size
+        for k in range(size):
+            b += to_end[high + k] * rate[high + k]
     return a, b
 
 
@@ -149,10 +156,11 @@ def solve(table: Array, firsts: tuple[int, int], size: int, right: Array, y: Arr
 
 @njit_inner
 def pull_back(span: tuple[int, int], q: Array, kick: Array, step: float, d: Array, mean: Array, place: Array,
-              speed: Array, drag: Array | None) -> tuple[float, float]:  # fmt: skip
+              speed: Array, drag: Array | None, rate: Array | None) -> tuple[float, float]:  # fmt: skip
     """Speeds and places of a piece's inner nodes after the step.
 
-    Returns sums: the dampers' forces times what they gain; drag times the square of twice the mean speed.
+    Returns sums: half of the dampers' forces times what they gain, less their tensions times the rates, where
+    these are given; drag times the square of twice the mean speed.
     """
     forced, squares, one, start = 0.0, 0.0, np.uintp(1), np.uintp(span[0])
     for k in range(np.uintp(span[1]) - start - one):
@@ -160,23 +168,18 @@ def pull_back(span: tuple[int, int], q: Array, kick: Array, step: float, d: Arra
         i = before + one
         force = d[i] * q[i] - d[before] * q[before]
         gained = kick[i] * force
-        forced += gained * force
+        forced += 0.5 * gained * force
+        if rate is not None:
+            forced -= q[i] * rate[i]
         twice = 2.0 * mean[i] + gained
         if drag is not None:
             squares += drag[i] * twice * twice
         new = twice - speed[i]
         speed[i] = new
         place[i] += step * new
+    if rate is not None:
+        forced -= q[span[0]] * rate[span[0]]
     return forced, squares
-
-
-@njit_inner
-def power_of(span: tuple[int, int], q: Array, rate: Array) -> float:
-    """Tensions of a piece times the rates of its segments, summed."""
-    power, start = 0.0, np.uintp(span[0])
-    for k in range(np.uintp(span[1]) - start):
-        power += q[start + k] * rate[start + k]
-    return power
 
 
 @njit_inner
@@ -298,13 +301,13 @@ def step_damped(
         lost, squares = 0.0, 0.0
         for piece in range(nodes.shape[0]):
             span = nodes[piece, 0], nodes[piece, 1]
-            f_u, _ = pull_back(span, q, kick_u, step, d_u, m_u, u, u_t, None)
-            f_w, of_w = pull_back(span, q, kick_t, step, d_w, m_w, w, w_t, drag)
+            f_u, _ = pull_back(span, q, kick_u, step, d_u, m_u, u, u_t, None, rate)
+            f_w, of_w = pull_back(span, q, kick_t, step, d_w, m_w, w, w_t, drag, None)
             forced, squares = f_u + f_w, squares + of_w
             if out is not None:
-                f_v, of_v = pull_back(span, q, kick_t, step, d_v, m_v, out[0], out[1], drag)
+                f_v, of_v = pull_back(span, q, kick_t, step, d_v, m_v, out[0], out[1], drag, None)
                 forced, squares = forced + f_v, squares + of_v
-            lost += plan.piece[piece, at.ROPES] * (power_of(span, q, rate) - 0.5 * forced)
+            lost -= plan.piece[piece, at.ROPES] * forced
         add_to(state.tallies, int(AXIAL_LOSS), step * lost)
         for k in range(plan.force.shape[0]):
             worked += forces[j, k] * x_t[plan.force[k, 1], plan.force[k, 0]]

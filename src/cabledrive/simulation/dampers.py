@@ -20,8 +20,8 @@ from cabledrive.parameters.arrays import Integers
 
 STIFFEST = 500.0
 """Largest eigenvalue of the dampers over a step up to which the matrix of the straight rope is taken."""
-TINY = 1e-150
-"""Answers below this share are none: their products would be numbers that a processor is slow with."""
+TINY = 1e-20
+"""Answers below this share are none: nothing is left of them in a sum."""
 UNDAMPED, AS_STRAIGHT, AS_BENT = range(3)
 """How segments are damped where they point: not, with the matrix of straight ropes, or with their own."""
 BEFORE, BEHIND, INVERSE, TO_START, TO_END = range(5)

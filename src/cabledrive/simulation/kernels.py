@@ -109,13 +109,6 @@ def step_with_energy(
 
 
 @njit_inner
-def place_compensated(state: State, work: Workspace) -> None:
-    """Places of the coordinates after the step, with what rounding took of them."""
-    for i in range(state.q.size):
-        state.q[i] = work.trial[0, i]
-
-
-@njit_inner
 def scaled_kick(plan: Plan, free: Array, x_t: Array, rest: Array, c: float) -> None:
     """Velocities after the kick of the components beyond the linear law, scaled by ``c``."""
     for axis in range(3):
@@ -243,8 +236,9 @@ def integrate(
             move(plan, centred, state, work, torque[j], forces[j])
         finish(plan, state, work, forces[j])
         advance(plan, state, torque[j], work)
-        if extra is not None:
-            place_compensated(state, work)
+        if extra is not None:  # with what rounding took of the places
+            for i in range(state.q.size):
+                state.q[i] = work.trial[0, i]
         place_ends(plan, state.q, state.q_t, x, x_t)
         state.counts[at.STEPS] += 1
         if recording:

@@ -69,14 +69,11 @@ class PreparedRun(ABC):
         return len(self.channels)
 
     @property
-    def field_records(self) -> int:
-        """Whole fields that are kept."""
-        return 0 if self.recording.fields == 0 else self.grid.records // self.recording.fields + 1
-
-    @property
     def record_size(self) -> int:
         """Bytes of all records."""
-        return 8 * ((self.grid.records + 1) * self.width + self.field_records * 3 * self.nodes)
+        records, every = self.grid.records, self.recording.fields
+        fields = records // every + 1 if every else 0
+        return 8 * ((records + 1) * self.width + fields * 3 * self.nodes)
 
     @property
     def interpreted(self) -> str | None:

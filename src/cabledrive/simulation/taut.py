@@ -187,14 +187,6 @@ def step_taut(
     return True
 
 
-@njit_inner
-def record_exact(plan: Plan, state: State, work: Workspace, torque: Array, row: Array) -> float:
-    """Write the record of the step before which ``work.before`` was kept, under the exact law."""
-    strains(plan, work.before[0], work.damp[at.TENSION], work.damp[at.ENERGY])
-    components(None, plan.bound, plan, work.before[0], work.p)
-    return observe(plan, state, work, torque, row)
-
-
 @njit_in_place
 def integrate_taut(
     plan: Plan,
@@ -228,7 +220,9 @@ def integrate_taut(
             if not taken:
                 break
             if part == 0:
-                balance = record_exact(plan, state, work, torque[first], row)
+                strains(plan, work.before[0], work.damp[at.TENSION], work.damp[at.ENERGY])
+                components(None, plan.bound, plan, work.before[0], work.p)
+                balance = observe(plan, state, work, torque[first], row)
         if not taken:
             copy_rows(work.before[0], x)
             copy_rows(work.before[1], x_t)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.chain import MOTOR_JOINT
 from cabledrive.mechanics.holding import HOLDING, motor_condition
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, Row, dense
-from cabledrive.mechanics.network.pieces import Piece, carriage_at, pieces_of
+from cabledrive.mechanics.network.pieces import Piece, pieces_of
 from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, statics_of
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
@@ -147,7 +147,7 @@ class Network:
         """Pieces in order, parted at the ends of spans and at carriages that are guided."""
         found: list[list[Piece]] = []
         for piece in self.pieces:
-            held = piece.start == 0.0 or self.drive.carriage[carriage_at(self.drive, piece)].guided
+            held = piece.start == 0.0 or self.drive.carriage[piece.carriages[0]].guided
             found += [[piece]] if held else []
             found[-1] += [] if held else [piece]
         return found

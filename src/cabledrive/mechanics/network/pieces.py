@@ -30,6 +30,7 @@ class Piece:
     rest: RestingStretch  # one rope
     rows: dict[str, tuple[Row, Row]]  # motion of its start and its end by direction, of a straight rope
     rims: tuple[Row, Row]  # what rims add to those along
+    carriages: tuple[int, int]  # their numbers at its start and its end; -1: an anchor or a pulley
     where: FreeSpan
     route: Route
     rope: Rope
@@ -84,20 +85,21 @@ def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
     """Pieces of all free spans in order; refused: two carriages at one place."""
     drive = motion.drive
     found = []
+    carried: list[list[tuple[float, int]]] = [[] for _ in drive.free_spans]
+    for i, (at, place) in enumerate(drive.carriage_places):
+        carried[at].append((place, i))
     for number, span in enumerate(drive.free_spans):
         u, w = zip(
             *(motion.end_rows(place, span.along, span.across) for place in (span.start, span.end)),
             strict=True,
         )
-        joints = [(0.0, {ALONG: u[0], ACROSS: w[0], OUT_OF_PLANE: Row()})]
-        own = [(place, i) for i, (at, place) in enumerate(drive.carriage_places) if at == number]
-        for place, i in sorted(own):
+        joints = [(0.0, -1, {ALONG: u[0], ACROSS: w[0], OUT_OF_PLANE: Row()})]
+        for place, i in sorted(carried[number]):
             name = motion.carriage_name(i)
-            joints.append(
-                (place, {way: motion.unit(f"{name} {way}") for way in (ALONG, ACROSS, OUT_OF_PLANE)})
-            )
-        joints.append((span.length, {ALONG: u[1], ACROSS: w[1], OUT_OF_PLANE: Row()}))
-        for own_rest, ((start, near), (end, far)) in zip(
+            moves = {way: motion.unit(f"{name} {way}") for way in (ALONG, ACROSS, OUT_OF_PLANE)}
+            joints.append((place, i, moves))
+        joints.append((span.length, -1, {ALONG: u[1], ACROSS: w[1], OUT_OF_PLANE: Row()}))
+        for own_rest, ((start, first, near), (end, last, far)) in zip(
             statics.stretches[number], pairwise(joints), strict=True
         ):
             if end <= start:
@@ -115,6 +117,7 @@ def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
                         motion.rim(span.end) if end == span.length else Row(),
                     ),
                     rows={way: (near[way], far[way]) for way in (ALONG, ACROSS, OUT_OF_PLANE)},
+                    carriages=(first, last),
                     where=span,
                     route=drive.route[span.route],
                     rope=drive.ropes[span.route],
@@ -132,12 +135,6 @@ def lift_off(drive: RoutedDrive, piece: Piece, *, start: bool) -> float:
     free = sqrt(bending / (piece.start_tension if start else piece.end_tension))
     wrap = wrap_at(drive, piece.span, start)
     return free if wrap is None else min(free, 0.5 * wrap[1] * place.radius)
-
-
-def carriage_at(drive: RoutedDrive, piece: Piece, *, start: bool = True) -> int:
-    """Number of the carriage at one end of a piece."""
-    at = piece.span, piece.start if start else piece.end
-    return drive.carriage_places.index(at)
 
 
 def wrap_at(drive: RoutedDrive, span: int, start: bool) -> tuple[int, float] | None:

@@ -115,6 +115,8 @@ class RestingStretch:
     @property
     def lowest_tension(self) -> float:
         """Lowest tension on the stretch [N]."""
+        if self.straight:
+            return min(self.tensions)
         load = np.array(self.load)
         weight = float(load @ load)
         turn = float(load @ np.array(self.force)) / weight if weight else 0.0

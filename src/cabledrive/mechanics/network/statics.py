@@ -10,7 +10,7 @@ the tension there stays.
 
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -95,8 +95,15 @@ def statics_of(
     Raises `InputRefused` if no tensions balance the bodies, they are not determined, or one is not positive;
     `NotComputed` if none are found.
     """
+    return _kept_statics(drive, held, tuple((torques or {}).items()))
+
+
+@lru_cache(maxsize=16)  # the network of a machine and its warnings ask for the same
+def _kept_statics(
+    drive: RoutedDrive, held: tuple[int, ...] | None, torques: tuple[tuple[int, float], ...]
+) -> Statics:
     motion = Motion(drive, hold=tuple(drive.pulley[i].name for i in (drive.held if held is None else held)))
-    stretches, total = at_rest(drive, motion, torques)
+    stretches, total = at_rest(drive, motion, dict(torques))
     for span, own in zip(drive.free_spans, stretches, strict=True):
         lowest = min(one.pull for one in own)
         if not lowest > 0.0:
