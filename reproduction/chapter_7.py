@@ -7,12 +7,12 @@ from math import pi
 import numpy as np
 
 from cabledrive.modal import modes, natural_frequencies
-from cabledrive.modal.lowest import against_rigid_supports
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of
 from cabledrive.reduction.quality import distributed
 from cabledrive.reduction.threshold import threshold_torque
+from reproduction.chapter_3 import rigid_supports
 from reproduction.chapter_5 import tuned_drive
 from reproduction.items import Found, Outcome
 from reproduction.rig import MOTION, dwell_spectrum, held_frequency, peak_of, run
@@ -22,7 +22,8 @@ BANDWIDTHS = (23.0, 30.0, 40.0, 60.0, 80.0)  # tried one after the other [Hz]
 
 def conclusions(quick: bool) -> Outcome:
     """Statements of Section 7.1."""
-    lower = [1.0 + against_rigid_supports(load_drive(f"dissertation-{n}"))[0].deviation for n in (1, 2)]
+    drives = [load_drive(f"dissertation-{n}") for n in (1, 2)]
+    lower = [rigid_supports(own)[0] / modes(own, count=1).longitudinal[0].frequency for own in drives]
     tuned = tuned_drive()
     own = replace(tuned, cable=replace(tuned.cable, pretension=load_drive("dissertation-2").cable.pretension))
     at, away = (1e3 * float(threshold_torque(autoparametric_model(drive))) for drive in (tuned, own))

@@ -241,7 +241,7 @@ def test_curves_hold_the_lowest_modes_at_every_value(name, key, values):
     data = frequency_against(drive, key, values, modes=4)
     for value in values:
         varied = varied_together(drive, {key: value})
-        listed = natural_frequencies(varied, count=4, taut=is_straight(varied))[:4]
+        listed = natural_frequencies(varied, count=4, taut=is_straight(drive))[:4]
         np.testing.assert_allclose(np.sort(data.frequency.sel(value=value).values)[:4], listed, rtol=1e-11)
 
 

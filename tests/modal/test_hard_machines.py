@@ -10,7 +10,6 @@ from machines import LINE, MOTOR, drive, machine, pulley, some_cable, spread
 from transfer_roots import exact_roots
 
 import cabledrive as cd
-from cabledrive.modal.lowest import against_lumped_springs
 from cabledrive.modal.tuning import tuned_pretension
 from command import refused
 from drive_strategies import drives
@@ -151,7 +150,6 @@ ROWS = [
     (lambda: cd.modes(LINE, at_torque=1.0), ["about drives"]),
     (lambda: cd.modes(route("serpentine", "route.belt.speed=60")), ["reaches the wave speed"]),
     (lambda: tuned_pretension(HELD), ["no pulley turns"]),
-    (lambda: against_lumped_springs(HELD), ["fixed"]),
 ]
 
 

@@ -53,6 +53,11 @@ def lumped_cable_mode(drive: Drive) -> float | None:
 
     The lowest eigenvalue above the rigid motion of the masses on springs k L / l between neighbours; k of a
     span is that of ``[lumped]`` where given, else EA/L; the rotor's holding stiffness is one to the ground.
+    On a bare drive it is too high, to first order in the mass :math:`m_c` of the cable by
+
+    .. math:: \frac{m_c}{6\mu}\Big(1 - \frac{3\mu}{m_1 + m_2}\Big), \qquad
+              \mu = \frac{m_1 m_2}{m_1 + m_2}, \quad m_i = J_i/r_i^2 . \qquad \text{Eq. (M.7)}
+
     Returns angular frequency [rad/s]; None if nothing can move.
     """
     from scipy.linalg import eigvals_banded

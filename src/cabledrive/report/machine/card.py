@@ -4,13 +4,12 @@ from collections.abc import Iterator
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from cabledrive.answers.figures import fixed, number, quantity
+from cabledrive.answers.figures import number, quantity
 from cabledrive.modal import Modes
-from cabledrive.modal.lowest import against_lumped_springs, against_rigid_supports
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.route import Machine, RoutedDrive
-from cabledrive.report.blocks import Cell, Figure, Table, table
+from cabledrive.report.blocks import Figure, Table
 from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import mode_title, shapes_picture
 from cabledrive.report.machine.tables import pairs_table
@@ -134,27 +133,3 @@ def _figure(name: str, keys: tuple[str, ...], found: "xr.Dataset") -> Figure:
         caption=f"Natural frequencies over {along}, from end to end of the machine's drawing. {said}.",
         drawing=picture(name, lambda figure: draw_map(figure, found, 1), height=_HEIGHT),
     )
-
-
-def simple_models_table(drive: Drive) -> Table:
-    """Frequencies by closed formulas beside the exact ones, as far as each formula applies."""
-    return table(
-        "What simpler models make of this machine.",
-        "Model | Its frequency [Hz] | Exact [Hz] | Deviation [%]",
-        _models(drive),
-    )
-
-
-def _models(drive: Drive) -> Iterator[tuple[Cell, ...]]:
-    along, across = against_rigid_supports(drive)
-    models = {
-        "Bare span between rigid supports, along (3.14a)": along,
-        "Bare span between rigid supports, across (3.14b)": across,
-    }
-    if not all(pulley.fixed for pulley in drive.pulley):
-        models = {"Pulleys on springs without mass, no carriage": against_lumped_springs(drive)} | models
-    for model, found in models.items():
-        deviation = 100.0 * (found.simple / found.exact - 1.0)
-        sign = "+" if deviation >= 0.05 else ""
-        off = sign + fixed(deviation + 0.0, 1).replace("−0.0", "0.0")
-        yield model, number(found.simple), number(found.exact), off

@@ -7,7 +7,6 @@ from cabledrive.mechanics import drive_warnings
 from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import two_pulleys
 from cabledrive.report.blocks import Block, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import sketch
@@ -16,7 +15,6 @@ from cabledrive.report.machine.card import (
     ladder,
     resonance_words,
     shapes,
-    simple_models_table,
     travel_figures,
 )
 from cabledrive.report.machine.data import data_sheet, data_table, derived_table, drawing, source_paragraphs
@@ -93,14 +91,13 @@ def machine_view(context: ReportContext, place: int) -> View:
 
 
 def _sections(drive: Machine, name: str, pairs: Table | None) -> Iterator[Section]:
-    """What applies to a machine; simple formulas are of one cable between two pulleys."""
-    sheet, loop = data_sheet(drive), two_pulleys(drive)
+    """What applies to a machine."""
+    sheet = data_sheet(drive)
     parts: tuple[tuple[str, str, Sequence[Block | None], str], ...] = (
         ("At rest, under gravity", "rest", rest_blocks(drive, name), HANGING),
         ("Over the travel", "travel", tuple(travel_figures(drive.machine, name)), ""),
         ("Pairs near internal resonance", "pairs", (pairs,), ""),
         ("Spans and pulleys", "spans", sheet.tables, ""),
-        ("What simpler formulas give", "simple", () if loop is None else (simple_models_table(loop),), ""),
         (
             "Data and derived quantities",
             "data",
