@@ -13,6 +13,11 @@ the part of the output that the past of input and output does not predict,
 .. math:: e_k = y_k - \sum_{i=1}^{n} a_i y_{k-i} - \sum_{i=0}^{n} b_i u_{k-i},
 
 with one set of coefficients for the whole log, at some samples per period of its fastest motion.
+
+A window smooths every peak that is narrower than its lines. The spectra of the whole log obey, exactly,
+:math:`AY = BU + T` with smooth A, B and the transient T; polynomials of order 2 about each line give a
+response without that bias (T. McKelvey, G. Guerin, Non-parametric frequency response estimation using a
+local rational model, 16th IFAC Symposium on System Identification, 2012).
 """
 
 from dataclasses import dataclass, replace
@@ -143,6 +148,9 @@ def noise_spectrum(position: Array, interval: float) -> tuple[Array, Array, floa
     return frequency, power, float(np.median(power[frequency > 0.25 / interval]))
 
 
+LOCAL_ORDER, LOCAL_LINES, LOCAL_WIDTH = 2, (16, 60), 2.0
+"""Of A, B and T; lines of the whole log to either side, fewest and most, and lines of a window so covered."""
+AT_ONCE = 256
 ESTIMATORS = ("H1", "H2", "Hv")
 HANN_LINES = 2
 """Neighbouring lines under a Hann window share their noise; lines this far apart hardly do."""
@@ -282,6 +290,29 @@ def _estimated(
         coherence=coherence,
         averages=averages,
     )
+
+
+def local_response(
+    input_: Array, output: Array, interval: float, frequency: Array, segment: float
+) -> Complex:
+    """Response (m,) at some frequencies [Hz] by local rational models; ``segment``: of the windows [s]."""
+    whole = input_.size * interval
+    u, y = (np.fft.rfft(values - values.mean()) for values in (input_, output))
+    half = int(np.clip(round(LOCAL_WIDTH * whole / segment), *LOCAL_LINES))
+    half = min(half, (u.size - 2) // 2)
+    found = []
+    for start in range(0, frequency.size, AT_ONCE):
+        place = frequency[start : start + AT_ONCE, None] * whole
+        low = np.clip(np.round(place).astype(int) - half, 1, u.size - 1 - 2 * half)
+        rows = low + np.arange(2 * half + 1)
+        powers = ((rows - place) / half)[:, :, None] ** np.arange(LOCAL_ORDER + 1)
+        us, ys = u[rows], y[rows]
+        sizes = [np.maximum(np.linalg.norm(part, axis=1), 1e-300) for part in (us, ys)]
+        us, ys = us / sizes[0][:, None], ys / sizes[1][:, None]
+        columns = [us[:, :, None] * powers, powers, -ys[:, :, None] * powers[:, :, 1:]]
+        weights = np.linalg.pinv(np.concatenate(columns, axis=2), rcond=1e-12) @ ys[:, :, None]
+        found.append(weights[:, 0, 0] * sizes[1] / sizes[0])
+    return np.concatenate(found)
 
 
 def explained_records(

@@ -50,9 +50,12 @@ LOWEST, LONGEST_SEGMENT = 0.3, 8.0
 MODEL = "rigid-axis-coulomb"
 
 
-def checked_by_innovations(axis: Axis, answer: Identification) -> Identification:
+def checked_by_innovations(
+    axis: Axis, answer: Identification, by_noise: Array | None = None
+) -> Identification:
     """The answer with what the innovations of an observer show, or why they were not looked at.
 
+    ``by_noise``, shape (4,): half of each interval without doubts, which a fault makes larger itself.
     `NotReproduced` if no observer follows the log.
     """
     inertia, _, coulomb, offset = answer.values[:4]
@@ -72,7 +75,8 @@ def checked_by_innovations(axis: Axis, answer: Identification) -> Identification
     answer = answer.noting(model_check=INNOVATIONS, suspicions={one.fault: one.as_dict() for one in found})
     answer = replace(answer, checked=True, check_reason=INNOVATIONS)
     half_widths = [0.5 * (one.high - one.low) for one in answer.parameters.values()]
-    beyond = [e for e in found if e.alarms and (e.moves(half_widths, MATERIAL) or e.gain > NOTABLE)]
+    least = half_widths if by_noise is None else by_noise.tolist()
+    beyond = [e for e in found if e.alarms and (e.moves(least, MATERIAL) or e.gain > NOTABLE)]
     if faults := [e for e in beyond if e.gain >= CLOSE * beyond[0].gain]:
         return _blamed(axis, answer, faults)
     # notes on faults that change too little, or that a motion that repeats cannot show
