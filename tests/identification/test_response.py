@@ -230,14 +230,12 @@ def test_the_deviation_covers_what_windows_smooth_away_at_narrow_peaks(kind, est
         found = log_response.response(log, "torque", "angle", segment=segment, estimator=estimator).between(
             1.0, 38.0
         )
-        pair = (log.channel("torque"), log.channel("angle"), log.interval, (segment, min(0.2, segment / 2)))
-        by_noise = signals.response_by_segments(*pair, estimator=estimator).between(1.0, 38.0).deviation
         error = np.abs(found.response - true(found.frequency))
         inside = (np.abs(found.frequency[:, None] - peaks) < 2.0 / segment).any(axis=1)
         near += [*(error / found.deviation)[inside]]
         far += [*(error / found.deviation)[~inside]]
-        before += [*(error / by_noise)[inside]]
-        wider += [*(found.deviation / by_noise)[~inside]]
+        before += [*(error / found.noise)[inside]]
+        wider += [*(found.deviation / found.noise)[~inside]]
     words = (
         f"within two deviations {100 * np.mean(np.array(near) < 2):.0f} % of {len(near)} lines at peaks, "
         f"{100 * np.mean(np.array(far) < 2):.1f} % elsewhere; farthest {max(near):.1f}; by noise alone "

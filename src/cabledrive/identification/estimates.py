@@ -336,10 +336,6 @@ class Identification(Result):
         """The same with more notes, and more on how it was made."""
         return replace(self, notes=(*self.notes, *notes), method=dict(self.method) | method)
 
-    def widened(self, extra: Array) -> "Identification":
-        """The same with more covariance, shape (p, p): what the method misses on logs of its own making."""
-        return self.refitted(self.values, self.covariance + extra, self.freedom, {})
-
     def refitted(
         self, values: Array, covariance: Array, freedom: int, method: Mapping[str, Any]
     ) -> "Identification":

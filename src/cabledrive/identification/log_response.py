@@ -7,12 +7,7 @@ import numpy as np
 
 from cabledrive.identification.logs.log import Column, ColumnMap, Log, Table, recognise
 from cabledrive.identification.logs.reading import open_log, open_table, read_log
-from cabledrive.identification.signals import (
-    FrequencyResponse,
-    difference,
-    local_response,
-    response_by_segments,
-)
+from cabledrive.identification.signals import FrequencyResponse, difference, response_by_segments
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
@@ -58,29 +53,6 @@ def read_pair(path: str | Path, columns: ColumnMap, input_: str, output: str) ->
             f"to another: choose two of {', '.join(table.names)[:90]}"
         )
     return read_log(path, replace(columns, columns=chosen)), names[0], names[1]
-
-
-def response_with_bias(
-    input_: Array,
-    output: Array,
-    interval: float,
-    window: tuple[float, float],
-    *,
-    estimator: str = "H1",
-    robust: bool = True,
-) -> FrequencyResponse:
-    """Response by segments with what its windows smooth away in the deviation, by `local_response`."""
-    found = response_by_segments(input_, output, interval, window, estimator=estimator, robust=robust)
-    used = np.ones(input_.size + 1, dtype=bool)
-    for blow in found.blows:
-        used[slice(*(round(end / interval) for end in (blow.start, blow.end)))] = False
-    part = max(np.split(np.arange(input_.size), np.flatnonzero(~used)), key=len)
-    source, target, lines = input_[part], output[part], found.frequency
-    near = local_response(source, target, interval, lines, window[0])
-    if estimator != "H1":  # with the noise where the estimator has it: at the input, or at both
-        back = 1.0 / local_response(target, source, interval, lines, window[0])
-        near = back if estimator == "H2" else near * np.sqrt(np.abs(back / near))
-    return replace(found, deviation=np.hypot(found.deviation, np.abs(near - found.response)))
 
 
 OVERLAP = 0.2
@@ -148,7 +120,7 @@ def response(
     if coulomb is not None:
         source = compensated_torque(source, speed_of(log, output), coulomb, offset)
     window = segment, min(OVERLAP, 0.5 * segment) if overlap is None else overlap
-    return response_with_bias(source, target, log.interval, window, estimator=estimator, robust=robust)
+    return response_by_segments(source, target, log.interval, window, estimator=estimator, robust=robust)
 
 
 FREQUENCIES = dict.fromkeys(("omega", "w"), "rad/s") | dict.fromkeys(

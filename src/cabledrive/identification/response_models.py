@@ -300,6 +300,7 @@ def identify_amplifier(
     found = response_by_segments(
         log.channel(command), log.channel(torque), log.interval, (segment, 0.5 * segment)
     )
+    found = replace(found, deviation=found.noise)  # it has no peaks
     kept = found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate).independent(LEAST_COHERENCE)
     return fit_amplifier(kept, log.interval)
 

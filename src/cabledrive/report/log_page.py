@@ -13,9 +13,9 @@ from cabledrive.answers.runs import PARAMETERS
 from cabledrive.identification.axis.axis import AxisOptions, channels_of
 from cabledrive.identification.axis.equation import direction_of
 from cabledrive.identification.estimates import Identification
-from cabledrive.identification.log_response import compensated_torque, response_with_bias, speed_of
+from cabledrive.identification.log_response import compensated_torque, speed_of
 from cabledrive.identification.logs.log import Log
-from cabledrive.identification.signals import causal_filter, difference, ideal_low_pass
+from cabledrive.identification.signals import causal_filter, difference, ideal_low_pass, response_by_segments
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
@@ -113,7 +113,7 @@ def _response(
         torque = compensated_torque(torque, speed, coulomb, offset)
         fine = np.geomspace(0.5, 0.4 * log.sample_rate, 300)
         model = (fine, 1.0 / (2j * np.pi * fine * inertia + viscous))
-    measured = response_with_bias(torque, speed, log.interval, (window, 0.5 * window))
+    measured = response_by_segments(torque, speed, log.interval, (window, 0.5 * window))
     unit = "m/(N s)" if linear else "rad/(N m s)"
     shown = measured.between(0.0, 0.4 * log.sample_rate)
     return Figure(

@@ -192,7 +192,8 @@ def with_own_error(axis: Axis, found: Identification) -> Identification:
     misses = [fit.values - found.values for fit in fits]
     if not np.all(np.isfinite(misses)):
         return found.noting(own_error="not known: not identifiable")
-    return found.widened(unseen(misses, [fit.covariance for fit in fits]))
+    extra = unseen(misses, [fit.covariance for fit in fits])
+    return found.refitted(found.values, found.covariance + extra, found.freedom, {})
 
 
 def _checked(

@@ -139,26 +139,32 @@ def position_wave(run: Prediction) -> tuple[float, str, bool]:
     track, values, hertz = run.track, run.values, run.bandwidth / (2.0 * np.pi)
     angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
     # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
-    added = zero_phase(run.added, track.interval, min(hertz, 0.2 / track.interval))
+    added, driven = (
+        zero_phase(own, track.interval, min(hertz, 0.2 / track.interval)) for own in (run.added, track.torque)
+    )
     edge, late = track.position.size // 20, round(np.sqrt(2.0) / (run.bandwidth * track.interval))
     part = slice(edge, added.size - late, EVERY)
     slipping = run.direction[part] != 0.0
-    left, place = added[edge + late :: EVERY][slipping], angle[part][slipping]
+    left, place, driven = added[edge + late :: EVERY][slipping], angle[part][slipping], driven[part][slipping]
     turned = float(np.ptp(place)) / (2.0 * np.pi) if place.size else 0.0
     if left.size < 100 * MOST_WAVES // EVERY or MOST_WAVES * turned < PERIODS:
         return 0.0, "", False
     least = 1 if turned >= TURN else int(np.ceil(PERIODS / turned))
-    waves = {count: _explained(left, np.exp(1j * count * place)) for count in range(least, MOST_WAVES + 1)}
-    first = max(waves, key=lambda count: waves[count][0])
-    best, amplitude = waves[first]
+    counts = np.arange(least, MOST_WAVES + 1)
+    families = [
+        [_explained(left, size * np.exp(1j * count * place)) for count in counts] for size in (1.0, driven)
+    ]
+    waves = max(families, key=max)
+    (best, amplitude), ripple = max(waves), waves is families[1]
+    first = int(counts[waves.index((best, amplitude))])
 
-    def rate_of(wave: Complex) -> Complex:
-        return difference(wave.real, track.interval) + 1j * difference(wave.imag, track.interval)
-
-    # An error e of the angle asks for the torque J e'' + b e'.
-    speed = rate_of(np.exp(1j * angle))
-    share, size = _explained(left, (values[0] * rate_of(speed) + values[1] * speed)[part][slipping])
-    if np.sqrt(max(share, best) * np.mean(run.innovation**2)) < RESOLVED * track.quantum:
+    # An error e of the angle, once per revolution, asks for the torque J e'' + b e'.
+    rate, turn = difference(angle, track.interval), np.exp(1j * angle)
+    asked = values[0] * (1j * difference(rate, track.interval) - rate**2) + 1j * values[1] * rate
+    share, size = _explained(left, (asked * turn)[part][slipping])
+    one_sided = _explained(left, np.abs(driven) + 0j)[0]  # is among the faults
+    small = np.sqrt(max(share, best) * np.mean(run.innovation**2)) < RESOLVED * track.quantum
+    if small or one_sided > max(share, best):
         return 0.0, "", False
     if turned >= TURN and share > max(EXPLAINED, best):
         words = (
@@ -166,15 +172,16 @@ def position_wave(run: Prediction) -> tuple[float, str, bool]:
             "eccentricity of its disc or a shaft that runs out"
         )
         return share, words, True
-    sure = turned >= TURN and best >= ABOVE * float(np.median([share for share, _ in waves.values()]))
+    sure = turned >= TURN and best >= ABOVE * float(np.median([share for share, _ in waves]))
+    sure &= not (ripple and period_of(track.torque, track.interval))  # which makes any wave of others
     if best < (EXPLAINED if sure else MOST_OF_IT):
         return 0.0, "", False
-    counts = [first, *(n for n in range(2 * first, MOST_WAVES + 1, first) if sure and waves[n][0] > OVERTONE)]
-    words = (
-        f"a torque of the position with {', '.join(map(str, counts))} period(s) per revolution "
-        f"(amplitude {amplitude:.2g} N m): cogging, a tooth, or a weight out of balance"
-    )
-    return best, words, sure
+    over = (n for n in range(2 * first, MOST_WAVES + 1, first) if sure and waves[n - least][0] > OVERTONE)
+    periods = f"with {', '.join(map(str, (first, *over)))} period(s) per revolution"
+    if ripple:
+        return best, f"the motor's torque varies by {100 * amplitude:.2g} % {periods}: torque ripple", sure
+    words = f"a torque of the position {periods} (amplitude {amplitude:.2g} N m): cogging, a tooth, "
+    return best, f"{words}or a weight out of balance", sure
 
 
 def _explained(left: Array, wave: Complex) -> tuple[float, float]:

@@ -26,6 +26,7 @@ from cabledrive.identification.axis.axis import BASE, Axis, values_of
 from cabledrive.identification.axis.equation import loosen
 from cabledrive.identification.axis.observer import NotReproduced, Observed, Prediction
 from cabledrive.identification.estimates import Factors, Fit, Identification
+from cabledrive.identification.signals import zero_phase
 from cabledrive.parameters.arrays import Array
 
 FALSE_ALARMS = 0.001
@@ -64,6 +65,10 @@ FAULTS = {  # whether only a positive factor indicates it, the fault in short an
         "friction grows with the torque that is carried"),
     "asymmetry": (False, "viscous friction that differs between both directions",
         "viscous friction differs between both directions"),
+    "one-sided": (False, "a motor with more torque one way",
+        "the torque acts more strongly one way than the other: its motor, amplifier or sensor is one-sided"),
+    "filtered": (True, "a filtered torque channel",
+        "the logged torque lacks its fast part: its channel is filtered; log it before the filter"),
     DRIFT: (False, "friction that changes while the log lasts",
         "friction changes from the beginning of the log to its end: the axis warms up, or dries"),
     "position": (False, "a torque that depends on the position",
@@ -154,10 +159,13 @@ def _fault_torques(axis: Axis, run: Prediction) -> dict[str, Array]:
     h, stroke = track.interval, float(np.ptp(track.position))
     speed, way, size = run.speed, run.direction, float(np.sqrt(np.mean(run.speed**2)))
     place = (track.position - track.position.min()) / stroke
+    smooth = zero_phase(track.torque, h, min(run.bandwidth / np.pi, 0.2 / h))  # its noise is no motion
     found = {
         "asymmetry": -np.abs(speed),
         "quadratic": -speed * np.abs(speed) / size,
         "load": -way * np.abs(net),
+        "one-sided": np.abs(track.torque),
+        "filtered": -np.gradient(np.gradient(smooth)),
         DRIFT: -way * np.linspace(-0.5, 0.5, way.size),
     }
     found |= {f"stribeck:{s:g}": -way * np.exp(-((speed / (s * size)) ** 2)) for s in STRIBECK}
