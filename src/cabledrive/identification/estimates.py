@@ -50,8 +50,7 @@ class Fit:
     covariance: Array  # (p, p): Robust, see the module
     freedom: int  # degrees of freedom of the intervals
     condition: float  # condition number of the regressor matrix as it stands (not scaled)
-    # (directions, p): directions in parameter space about which the log says nothing, in units of the
-    # parameters
+    # (directions, p): directions about which the log says nothing, in units of the parameters
     unidentifiable: Array
     # residual, scale: root mean square of the residual and of the left side
     residual: float
@@ -232,17 +231,13 @@ class Finding(str):
 
     __slots__ = ("code",)
     code: str
+    message = property(str)
 
     def __new__(cls, code: str, message: str) -> "Finding":
         """Make one."""
         made = super().__new__(cls, message)
         made.code = code
         return made
-
-    @property
-    def message(self) -> str:
-        """The sentence."""
-        return str(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

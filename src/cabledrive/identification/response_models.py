@@ -53,8 +53,7 @@ class ResponseFit(Result):
     _heading, _table = "model {0.model}", "names: values errors"
     model: int  # {1, 2, 3, 4}
     names: tuple[str, ...]  # parameters that were fitted
-    # values, errors: (p,): estimates and standard errors, scaled by the misfit where that exceeds the
-    # measured deviation
+    # values, errors: (p,): estimates, and standard errors, scaled by a misfit above 1
     values: Array
     errors: Array
     fixed: dict[str, float]  # parameters that were given

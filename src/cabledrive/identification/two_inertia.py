@@ -43,8 +43,7 @@ LOAD_WORDS = ("load", "pulley", "output", "second")
 DIFFERENCED = 10
 """Lags over which the difference of an angle correlates the noise of its encoder."""
 FOLLOWS = 70.0
-"""Share of every measured speed, of the torque, and of the load's acceleration, that is explained where
-intervals are given [%]."""
+"""Share of each speed, of torque, of the load's acceleration, explained where intervals are given [%]."""
 STILL = 0.05
 """Share of its usual speed below which the sign of a speed is not trusted."""
 GEAR = 1.3

@@ -7,7 +7,7 @@ from operator import itemgetter
 import numpy as np
 
 from cabledrive.identification.axis import check
-from cabledrive.identification.axis.axis import BASE, Axis, AxisOptions, axis_of, channels_of, values_of
+from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of, values_of
 from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of, twin_axes, unseen
 from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
@@ -23,12 +23,10 @@ from cabledrive.identification.axis.timing import (
 from cabledrive.identification.estimates import Finding, Identification
 from cabledrive.identification.logs.log import ColumnMap, Log
 from cabledrive.parameters import NotComputed
-from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
 
 CONTRADICTION, ALIKE = 5.0, 0.005
-"""Joint standard errors from which two answers contradict each other, and share of the value within which
-they do not."""
+"""Joint standard errors from which two answers contradict each other, and share of the value that is none."""
 DRIFT_ROUNDS = 3
 """Corrections of a drift between two clocks."""
 REFUSING = {
@@ -178,8 +176,7 @@ def _by_methods(
             chosen = with_own_error(moved, chosen)
         return _checked(moved, chosen.saying(NOT_FOLLOWED, LOST) if lost else chosen, options)
     moved = predicted.timing.moved(axis)
-    by_noise = predicted.fit.half_width()[: len(BASE)]
-    chosen = _checked(moved, timed(by_prediction, predicted.timing), options, by_noise)
+    chosen = _checked(moved, timed(by_prediction, predicted.timing), options)
     return _with_rest(chosen, predicted, turns=not axis.equation.linear) if options.check else chosen
 
 
@@ -196,9 +193,7 @@ def with_own_error(axis: Axis, found: Identification) -> Identification:
     return found.refitted(found.values, found.covariance + extra, found.freedom, {})
 
 
-def _checked(
-    axis: Axis, chosen: Identification, options: IdentifyOptions, by_noise: Array | None = None
-) -> Identification:
+def _checked(axis: Axis, chosen: Identification, options: IdentifyOptions) -> Identification:
     """The answer with the check of its model, or why there is none."""
     kind = axis.options.friction.kind
     if not options.check:
@@ -207,7 +202,7 @@ def _checked(
         return replace(chosen, check_reason=f"not made: no check for friction {kind}")
     if NOT_FOLLOWED not in chosen.codes:
         try:
-            return check.checked_by_innovations(axis, chosen, by_noise)
+            return check.checked_by_innovations(axis, chosen)
         except NotReproduced:
             chosen = chosen.saying(NOT_FOLLOWED, LOST)
     return replace(chosen, checked=True, check_reason="the model does not reproduce the log")

@@ -25,7 +25,8 @@ NOT_MADE = {
     "parameters": "not made: inertia and friction are not identifiable from the log",
 }
 MATERIAL = 0.7
-"""Share of half an interval by which a fault must change a parameter to be stated as a fault."""
+"""Share of half an interval, as noise alone makes it, by which a fault must change a parameter to be stated:
+doubts about the method are larger where there is a fault."""
 NOTABLE, CLOSE = 0.01, 0.8
 """Share of the power from which it is stated whatever it changes; share of the best explanation from which on
 another fault cannot be distinguished from it."""
@@ -50,12 +51,9 @@ LOWEST, LONGEST_SEGMENT = 0.3, 8.0
 MODEL = "rigid-axis-coulomb"
 
 
-def checked_by_innovations(
-    axis: Axis, answer: Identification, by_noise: Array | None = None
-) -> Identification:
+def checked_by_innovations(axis: Axis, answer: Identification) -> Identification:
     """The answer with what the innovations of an observer show, or why they were not looked at.
 
-    ``by_noise``, shape (4,): half of each interval without doubts, which a fault makes larger itself.
     `NotReproduced` if no observer follows the log.
     """
     inertia, _, coulomb, offset = answer.values[:4]
@@ -72,11 +70,12 @@ def checked_by_innovations(
         reason = f"not possible: {failure}"
     if reason:
         return replace(answer.noting(model_check=reason), check_reason=reason)
-    answer = answer.noting(model_check=INNOVATIONS, suspicions={one.fault: one.as_dict() for one in found})
+    numbers = ("significance", "critical", "value")
+    shown = {one.fault: {name: getattr(one, name) for name in numbers} for one in found}
+    answer = answer.noting(model_check=INNOVATIONS, suspicions=shown)
     answer = replace(answer, checked=True, check_reason=INNOVATIONS)
-    half_widths = [0.5 * (one.high - one.low) for one in answer.parameters.values()]
-    least = half_widths if by_noise is None else by_noise.tolist()
-    beyond = [e for e in found if e.alarms and (e.moves(least, MATERIAL) or e.gain > NOTABLE)]
+    half_widths = np.array([0.5 * (one.high - one.low) for one in answer.parameters.values()])
+    beyond = [e for e in found if e.alarms and (e.moved > MATERIAL or e.gain > NOTABLE)]
     if faults := [e for e in beyond if e.gain >= CLOSE * beyond[0].gain]:
         return _blamed(axis, answer, faults)
     # notes on faults that change too little, or that a motion that repeats cannot show
@@ -87,7 +86,7 @@ def checked_by_innovations(
     unseen = []
     for one in found:  # would move a parameter by more than its interval's width before it alarms
         times = one.critical * one.error / max(abs(one.value), 1e-300)
-        if not one.alarms and one.moves(half_widths, 2.0, times):
+        if not one.alarms and np.any(times * np.abs(one.shift) > 2.0 * half_widths):
             unseen.append(one)
     if not unseen or not all(period_of(log.channel(axis.torque), log.interval) for log in axis.logs):
         return answer

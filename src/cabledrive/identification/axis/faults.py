@@ -14,7 +14,6 @@ hold of the torque, are added to C. Of faults of the joint that mean is taken of
 samples along the whole motion and is well known, not of the few stops on which laws of friction hang.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -92,7 +91,8 @@ class Evidence:
     error: float
     critical: float  # significance that a sound log exceeds at any disturbance with the chance `FALSE_ALARMS`
     gain: float  # share of the residual's power that it explains
-    shift: tuple[float, ...] = ()  # what it would change in the four parameters
+    shift: Array  # (4,): what it would change in the parameters
+    moved: float  # the largest of that, over half the interval that noise alone makes
 
     @property
     def fault(self) -> str:
@@ -109,14 +109,6 @@ class Evidence:
     def alarms(self) -> bool:
         """Whether it is beyond chance."""
         return self.significance > self.critical
-
-    def moves(self, half_widths: Sequence[float], share: float, times: float = 1.0) -> bool:
-        """Whether so many times it would change a parameter by a share of half its interval."""
-        return any(times * abs(s) > share * half for s, half in zip(self.shift, half_widths, strict=False))
-
-    def as_dict(self) -> dict[str, float]:
-        """Numbers as the answer has them."""
-        return {"significance": self.significance, "critical": self.critical, "value": self.value}
 
 
 def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence, ...]:
@@ -212,5 +204,6 @@ def _by_innovations(factors: Factors, name: str, tried: int) -> Evidence:
         error=error,
         critical=float(stats.t.isf(0.5 * FALSE_ALARMS / tried, EFFICIENCY * factors.triangles.shape[0])),
         gain=1.0 - float(whole.residual) ** 2 / without.residual**2,
-        shift=tuple(shift.tolist()),
+        shift=shift,
+        moved=float(np.max(np.abs(shift) / np.maximum(without.half_width()[: len(BASE)], 1e-300))),
     )
