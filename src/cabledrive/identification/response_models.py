@@ -299,13 +299,12 @@ def identify_amplifier(
     found = response_by_segments(
         log.channel(command), log.channel(torque), log.interval, (segment, 0.5 * segment)
     )
-    found = replace(found, deviation=found.noise)  # it has no peaks
     kept = found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate).independent(LEAST_COHERENCE)
-    return fit_amplifier(kept, log.interval)
+    return fit_amplifier(replace(kept, deviation=kept.noise), log.interval)  # it has no peaks
 
 
 def _exponential(log_value: float, log_error: float, t: float, unit: str) -> Estimate:
     """An estimate whose logarithm was fitted."""
     value, factor = float(np.exp(log_value)), float(np.exp(min(t * log_error, 50.0)))
-    error = value * float(log_error)
-    return Estimate(value=value, unit=unit, standard_error=error, low=value / factor, high=value * factor)
+    ends = {"low": value / factor, "high": value * factor}
+    return Estimate(value=value, unit=unit, standard_error=value * float(log_error), **ends)

@@ -246,8 +246,8 @@ def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> 
     share, words = max(map(check.unexplained, runs), key=itemgetter(0))
     chosen = chosen.noting(unexplained_torque=share)
     if turns:
-        _, wave, sure = max(map(check.position_wave, runs), key=itemgetter(0))
-        if wave and (sure or check.MISFIT not in chosen.codes):
+        _, wave = max(map(check.position_wave, runs), key=itemgetter(0))
+        if wave:  # most of what is left, or far above all others
             return chosen.without(check.MISFIT).saying(check.MISFIT, f"the model does not fit: {wave}")
     return (
         chosen.saying("unexplained-torque", words) if words and check.MISFIT not in chosen.codes else chosen

@@ -9,7 +9,7 @@ from scipy import signal
 
 from cabledrive.answers.keys import Keys
 from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of
-from cabledrive.identification.axis.faults import DELAY, FAULTS, Evidence, evidence_by_innovations
+from cabledrive.identification.axis.faults import DELAY, FAULTS, JOINT, Evidence, evidence_by_innovations
 from cabledrive.identification.axis.observer import NotReproduced, Prediction, observed, period_of
 from cabledrive.identification.axis.simulated import case_of
 from cabledrive.identification.axis.timing import timing_of
@@ -25,8 +25,8 @@ NOT_MADE = {
     "parameters": "not made: inertia and friction are not identifiable from the log",
 }
 MATERIAL = 0.7
-"""Share of half an interval, as noise alone makes it, by which a fault must change a parameter to be stated:
-doubts about the method are larger where there is a fault."""
+"""Share of half an interval by which a fault must change a parameter to be stated as a fault; for one of the
+joint of the interval that noise alone makes: the doubt about quicker observers is larger with a joint."""
 NOTABLE, CLOSE = 0.01, 0.8
 """Share of the power from which it is stated whatever it changes; share of the best explanation from which on
 another fault cannot be distinguished from it."""
@@ -75,7 +75,11 @@ def checked_by_innovations(axis: Axis, answer: Identification) -> Identification
     answer = answer.noting(model_check=INNOVATIONS, suspicions=shown)
     answer = replace(answer, checked=True, check_reason=INNOVATIONS)
     half_widths = np.array([0.5 * (one.high - one.low) for one in answer.parameters.values()])
-    beyond = [e for e in found if e.alarms and (e.moved > MATERIAL or e.gain > NOTABLE)]
+    beyond = []
+    for one in (one for one in found if one.alarms):
+        halves = one.halves if one.fault in JOINT else half_widths
+        if one.gain > NOTABLE or np.any(np.abs(one.shift) > MATERIAL * halves):
+            beyond.append(one)
     if faults := [e for e in beyond if e.gain >= CLOSE * beyond[0].gain]:
         return _blamed(axis, answer, faults)
     # notes on faults that change too little, or that a motion that repeats cannot show
@@ -133,8 +137,8 @@ def unexplained(run: Prediction) -> tuple[float, str]:
     )
 
 
-def position_wave(run: Prediction) -> tuple[float, str, bool]:
-    """Share of the unexplained torque's power of one wave per revolution, words, if named at all events."""
+def position_wave(run: Prediction) -> tuple[float, str]:
+    """Share of the unexplained torque's power of one wave per revolution, and words where it is believed."""
     track, values, hertz = run.track, run.values, run.bandwidth / (2.0 * np.pi)
     angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
     # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
@@ -147,7 +151,7 @@ def position_wave(run: Prediction) -> tuple[float, str, bool]:
     left, place, driven = added[edge + late :: EVERY][slipping], angle[part][slipping], driven[part][slipping]
     turned = float(np.ptp(place)) / (2.0 * np.pi) if place.size else 0.0
     if left.size < 100 * MOST_WAVES // EVERY or MOST_WAVES * turned < PERIODS:
-        return 0.0, "", False
+        return 0.0, ""
     least = 1 if turned >= TURN else int(np.ceil(PERIODS / turned))
     counts = np.arange(least, MOST_WAVES + 1)
     families = [
@@ -164,23 +168,23 @@ def position_wave(run: Prediction) -> tuple[float, str, bool]:
     one_sided = _explained(left, np.abs(driven) + 0j)[0]  # is among the faults
     small = np.sqrt(max(share, best) * np.mean(run.innovation**2)) < RESOLVED * track.quantum
     if small or one_sided > max(share, best):
-        return 0.0, "", False
+        return 0.0, ""
     if turned >= TURN and share > max(EXPLAINED, best):
         words = (
             f"the encoder's angle is wrong by {size:.2g} rad once per revolution: "
             "eccentricity of its disc or a shaft that runs out"
         )
-        return share, words, True
+        return share, words
     sure = turned >= TURN and best >= ABOVE * float(np.median([share for share, _ in waves]))
     sure &= not (ripple and period_of(track.torque, track.interval))  # which makes any wave of others
     if best < (EXPLAINED if sure else MOST_OF_IT):
-        return 0.0, "", False
+        return 0.0, ""
     over = (n for n in range(2 * first, MOST_WAVES + 1, first) if sure and waves[n - least][0] > OVERTONE)
     periods = f"with {', '.join(map(str, (first, *over)))} period(s) per revolution"
     if ripple:
-        return best, f"the motor's torque varies by {100 * amplitude:.2g} % {periods}: torque ripple", sure
+        return best, f"the motor's torque varies by {100 * amplitude:.2g} % {periods}: torque ripple"
     words = f"a torque of the position {periods} (amplitude {amplitude:.2g} N m): cogging, a tooth, "
-    return best, f"{words}or a weight out of balance", sure
+    return best, f"{words}or a weight out of balance"
 
 
 def _explained(left: Array, wave: Complex) -> tuple[float, float]:

@@ -92,7 +92,7 @@ class Evidence:
     critical: float  # significance that a sound log exceeds at any disturbance with the chance `FALSE_ALARMS`
     gain: float  # share of the residual's power that it explains
     shift: Array  # (4,): what it would change in the parameters
-    moved: float  # the largest of that, over half the interval that noise alone makes
+    halves: Array  # (4,): half of their intervals as noise alone makes them
 
     @property
     def fault(self) -> str:
@@ -205,5 +205,5 @@ def _by_innovations(factors: Factors, name: str, tried: int) -> Evidence:
         critical=float(stats.t.isf(0.5 * FALSE_ALARMS / tried, EFFICIENCY * factors.triangles.shape[0])),
         gain=1.0 - float(whole.residual) ** 2 / without.residual**2,
         shift=shift,
-        moved=float(np.max(np.abs(shift) / np.maximum(without.half_width()[: len(BASE)], 1e-300))),
+        halves=without.half_width()[: len(BASE)],
     )
