@@ -306,5 +306,5 @@ def identify_amplifier(
 def _exponential(log_value: float, log_error: float, t: float, unit: str) -> Estimate:
     """An estimate whose logarithm was fitted."""
     value, factor = float(np.exp(log_value)), float(np.exp(min(t * log_error, 50.0)))
-    ends = {"low": value / factor, "high": value * factor}
-    return Estimate(value=value, unit=unit, standard_error=value * float(log_error), **ends)
+    error = value * float(log_error)
+    return Estimate(value=value, unit=unit, standard_error=error, low=value / factor, high=value * factor)

@@ -245,10 +245,9 @@ def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> 
     runs = [run_of(track, values, best_bandwidth(track, values)) for track in tracks]
     share, words = max(map(check.unexplained, runs), key=itemgetter(0))
     chosen = chosen.noting(unexplained_torque=share)
-    if turns:
-        _, wave = max(map(check.position_wave, runs), key=itemgetter(0))
-        if wave:  # most of what is left, or far above all others
-            return chosen.without(check.MISFIT).saying(check.MISFIT, f"the model does not fit: {wave}")
+    wave = max(map(check.position_wave, runs), key=itemgetter(0))[1] if turns else ""
+    if wave:  # most of what is left, or far above all others
+        return chosen.without(check.MISFIT).saying(check.MISFIT, f"the model does not fit: {wave}")
     return (
         chosen.saying("unexplained-torque", words) if words and check.MISFIT not in chosen.codes else chosen
     )
