@@ -266,7 +266,7 @@ def linear_errors(records, belt, order, signed):
     # the angle of the pulley rises with the sign of its speed
     plain = replace(BELT, free=BELT.free[:7], rectified=False)
     values = {s.name: belt.values[s.name] for s in plain.free}
-    turned = [np.cumsum(plain.outputs(values, record)[:, 0]) for record in records]
+    turned = [np.cumsum(plain.moved(values, record, sensitive=False)[0][:, 0]) for record in records]
     signs = [np.sign(np.diff(angle, prepend=0.0)) if signed else 1.0 for angle in turned]
     targets = [r.output[:, 0] * s for r, s in zip(records, signs, strict=True)]
     inputs = [np.concatenate([[0.0], r.input[:-1]]) for r in records]

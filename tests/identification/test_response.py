@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
+from scipy.linalg import expm
 
-from cabledrive.identification import planning, response_models, signals
+from cabledrive.identification import log_response, planning, response_models, signals
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
+from cabledrive.identification.logs.log import log_of
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.lumped_chain import speed_response
 from cabledrive.rig.experiment import Excitation, command_of, experiment, load_excitation, plan_experiment
@@ -169,6 +171,82 @@ def test_a_blow_beside_a_sweep_is_left_out_with_its_time_and_kept_on_request():
         assert record.start <= 70.02, found.blows
         assert record.end >= 70.0, found.blows
     assert signals.response_by_segments(u, y, 0.002, (2.0, 1.0), robust=False).left_out == 0
+
+
+PEAKS = 500.0
+"""Rate of logs of narrow resonances [Hz]."""
+
+
+def resonant(kind, rng, noise, seconds=60.0):
+    """A log of a slow mode and two resonances of 0.2 to 2 % damping, its truth, and their frequencies."""
+    t, damping = np.arange(round(seconds * PEAKS)) / PEAKS, np.exp(rng.uniform(np.log(0.002), np.log(0.02)))
+    first = rng.uniform(6.0, 12.0)
+    modes = np.array([1.0, first, first + rng.uniform(0.5, 15.0)])
+    omega, share = 2 * np.pi * modes, np.array([0.7, damping, damping * rng.uniform(0.5, 2.0)])
+    plant = np.zeros((6, 6))
+    plant[[0, 2, 4], [1, 3, 5]] = 1.0
+    plant[[1, 3, 5], [0, 2, 4]], plant[[1, 3, 5], [1, 3, 5]] = -(omega**2), -2.0 * share * omega
+    b, c = np.zeros(6), np.zeros(6)
+    b[1::2], c[::2] = omega**2, (1.0, 0.3, -0.1)
+    whole = np.zeros((7, 7))
+    whole[:6, :6], whole[:6, 6] = plant / PEAKS, b / PEAKS
+    step = expm(whole)  # exact under a held input
+    lengths = rng.integers(50, 300, t.size)
+    u = {
+        "noise": rng.normal(size=t.size),
+        "steps": np.repeat(rng.uniform(0.5, 1.5, t.size) * np.resize([1, -1], t.size), lengths)[: t.size],
+        "chirp": np.sin(2 * np.pi * (0.5 * t + 0.5 * 39.5 / seconds * t**2)),
+    }[kind]
+    x, y = np.zeros(6), np.empty(t.size)
+    for k in range(t.size):
+        y[k] = c @ x
+        x = step[:6, :6] @ x + step[:6, 6] * u[k]
+    y += noise * y.std() * rng.normal(size=y.size)
+
+    def true(frequency):
+        z = np.exp(2j * np.pi * frequency / PEAKS)
+        return np.array([c @ np.linalg.solve(one * np.eye(6) - step[:6, :6], step[:6, 6]) for one in z])
+
+    return log_of(t, {"torque": u, "angle": y}, {"torque": "N m", "angle": "rad"}), true, modes[1:]
+
+
+@pytest.mark.parametrize(
+    "kind, estimator, most",
+    [
+        ("noise", "H1", 0.5),
+        ("steps", "H1", 0.5),
+        ("chirp", "H1", 0.5),
+        ("noise", "H2", 0.003),
+        ("steps", "Hv", 0.003),
+    ],
+)
+def test_the_deviation_covers_what_windows_smooth_away_at_narrow_peaks(kind, estimator, most, measured):
+    """At least 95 % of the lines at peaks, and of all others, lie within two deviations, none far outside."""
+    near, far, before, wider = [], [], [], []
+    for seed in range(910, 914):
+        rng = np.random.default_rng([seed, len(kind)])
+        segment, noise = rng.choice([1.0, 2.0, 6.0]), most * rng.choice([0.02, 0.2, 1.0])
+        log, true, peaks = resonant(kind, rng, noise)
+        found = log_response.response(log, "torque", "angle", segment=segment, estimator=estimator).between(
+            1.0, 38.0
+        )
+        error = np.abs(found.response - true(found.frequency))
+        inside = (np.abs(found.frequency[:, None] - peaks) < 2.0 / segment).any(axis=1)
+        near += [*(error / found.deviation)[inside]]
+        far += [*(error / found.deviation)[~inside]]
+        before += [*(error / found.noise)[inside]]
+        wider += [*(found.deviation / found.noise)[~inside]]
+    words = (
+        f"within two deviations {100 * np.mean(np.array(near) < 2):.0f} % of {len(near)} lines at peaks, "
+        f"{100 * np.mean(np.array(far) < 2):.1f} % elsewhere; farthest {max(near):.1f}; by noise alone "
+        f"{100 * np.mean(np.array(before) < 2):.0f} % and {max(before):.0f}"
+    )
+    measured(words)
+    assert np.mean(np.array(near) < 2.0) >= 0.95, words
+    assert np.mean(np.array(far) < 2.0) >= 0.95, words
+    assert max(near) < 8.0, words
+    assert np.mean(np.array(before) < 2.0) < 0.7, "the peaks must be narrow enough to need it"
+    assert kind == "chirp" or np.median(wider) < 2.5, f"{np.median(wider):.2f} times as wide elsewhere"
 
 
 def test_a_response_from_a_file_is_averaged_without_its_outliers(tmp_path):

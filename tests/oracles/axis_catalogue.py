@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from math import exp, pi
 
 import numpy as np
+from scipy import signal
 
 from oracles.axis_plant import Axis, move, parameters
 
@@ -38,7 +39,11 @@ FAULTS = {
     "load-dependent": {"load_dependence": 0.15},
     "outliers": {"outliers": 7},
     "clipped-sensor": {"clip": 0.75},
+    "ripple": {"ripple": 0.1, "ripple_count": 6},
+    "one-sided": {"one_sided": 0.1},
 }
+LATER = ("bouc-wen", "ripple", "one-sided")
+"""Faults that are not in the list of truths, whose places are part of their seeds."""
 """Amounts relative to the axis drawn: shares of its frictions, or SI; under the names that `Axis` has."""
 
 NAMES = {"inertia": "inertia", "coulomb": "coulomb_friction", "viscous": "viscous_friction"}
@@ -91,7 +96,7 @@ def _truths():
     sound += [("sound", e, "held", "coarse") for e in ("multisine", "servo", "servo-periodic", "steps")]
     faulty = []
     runs = ("multisine", "servo-periodic", "chirp", "servo", "steps")
-    for number, fault in enumerate(name for name in FAULTS if name not in ("sound", "bouc-wen")):
+    for number, fault in enumerate(name for name in FAULTS if name not in ("sound", *LATER)):
         for k in range(3):
             excitation = runs[(number + 2 * k) % len(runs)]
             noise = ("fine", "coarse", "analog")[(number + k) % 3]
@@ -176,8 +181,9 @@ def _plant_fault(fault, numbers, rng):
             made |= {"hysteresis_size": c / stiffness * rng.uniform(0.5, 3.0)}
         if "load_share" in fault:
             made |= {"coulomb": (1.0 - fault["load_share"]) * c, "load_coulomb": fault["load_share"] * c}
-    if "cogging" in fault:
-        made |= {"cogging_phase": rng.uniform(0.0, 2 * pi)}
+    for name in ("cogging", "ripple"):
+        if name in fault:
+            made |= {f"{name}_phase": rng.uniform(0.0, 2 * pi)}
     return made
 
 
@@ -185,6 +191,9 @@ def _logged(torque, convention):
     """The torque as a drive of a convention writes it down."""
     if convention == "before":
         return np.concatenate([torque[:1], torque[:-1]])
+    if convention.startswith("smoothed"):  # by a filter of the second order, as digital drives have it
+        sections = signal.butter(2, float(convention.rpartition("-")[2]), fs=RATE, output="sos")
+        return (signal.sosfiltfilt if "both-ways" in convention else signal.sosfilt)(sections, torque)
     if convention == "late-3":
         return np.concatenate([np.full(3, torque[0]), torque[:-3]])
     if "lag" in convention:

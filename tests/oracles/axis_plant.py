@@ -40,6 +40,10 @@ class Axis(NamedTuple):
     load_viscous: float = 0.0
     coulomb_drift: float = 0.0
     load_dependence: float = 0.0
+    ripple: float = 0.0  # of the drive's torque, relative, with the motor's angle
+    ripple_count: float = 0.0
+    ripple_phase: float = 0.0
+    one_sided: float = 0.0  # more torque one way than the other, relative, half the difference
     start: float = 0.0
     start_speed: float = 0.0
 
@@ -51,7 +55,8 @@ STATES = 5
 def _acting(p, x, torque):
     """Torque on the motor except friction and link."""
     return (
-        torque
+        torque * (1.0 + p.ripple * np.sin(p.ripple_count * x[0] + p.ripple_phase))
+        + p.one_sided * abs(torque)
         + p.offset
         + p.cogging * np.sin(p.cogging_count * x[0] + p.cogging_phase)
         + p.gravity * np.sin(x[0])

@@ -119,10 +119,9 @@ def _video(path: Path, frame_rate: float | None) -> Clip:
     cv2 = _opencv()
     capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     try:
-        ready = capture.isOpened()
         size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
         played, count = float(capture.get(cv2.CAP_PROP_FPS)), int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-        if not ready or size[0] < 1 or size[1] < 1:
+        if not capture.isOpened() or min(size) < 1:
             raise InputRefused(f"{path.name}: is no video that can be read: record it again or convert it")
         _check_size(size, path.name)
         if not capture.grab():

@@ -37,8 +37,7 @@ class MarkerTrack:
     source: str
     frame_rate: float  # [Hz]
     place: Integers  # (frames,): number of each frame on an even grid; one that is left out was dropped
-    # rows, columns: (frames, markers), downwards and to the right from the middle of the first pixel [pixel];
-    # NaN where a marker is lost
+    # rows, columns: (frames, markers), down and right of the first pixel's middle [pixel]; NaN where lost
     rows: Array
     columns: Array
     findings: tuple[str, ...] = ()

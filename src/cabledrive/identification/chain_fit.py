@@ -16,6 +16,7 @@ threshold: :math:`z = \max(0, y - z_0)`, :math:`T\dot y + y = |\omega|`.
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -94,13 +95,9 @@ class ChainModel:
         """Which parameters are searched in their logarithm, shape (p,)."""
         return np.array([s.quantity != "offset" for s in self.free])
 
-    def outputs(self, values: Mapping[str, float], record: Record) -> Array:
-        """Outputs under the input of a record, shape (samples, channels)."""
-        return self._moved(values, record, sensitive=False)[0]
-
     def compared(self, place: Array, record: Record) -> tuple[Array, Array]:
         """Simulated less measured (rows,) at a place (p,) of the search, and its derivatives (rows, p)."""
-        outputs, slopes = self._moved(self.values_at(place), record, sensitive=True)
+        outputs, slopes = self.moved(self.values_at(place), record, sensitive=True)
         slopes = slopes * self.slopes(place)
         return (outputs - record.output).ravel(), slopes.reshape(-1, len(self.free))
 
@@ -122,7 +119,7 @@ class ChainModel:
         """Derivatives (p,) of the parameters by the place (p,) of the search."""
         return np.where(self.positive, np.exp(place), 1.0)
 
-    def _moved(self, values: Mapping[str, float], record: Record, *, sensitive: bool) -> tuple[Array, Array]:
+    def moved(self, values: Mapping[str, float], record: Record, *, sensitive: bool) -> tuple[Array, Array]:
         """Outputs (samples, channels) and, where asked, their derivatives (samples, channels, p)."""
         n, step = self.inertias, record.interval / self.substeps
         known = {(s.quantity, s.number): values[s.name] for s in self.free}
@@ -190,7 +187,7 @@ class ChainFit:
 
     def simulated(self, record: Record) -> Array:
         """Outputs of the model under the input of a record, shape (samples, channels)."""
-        return self.model.outputs(self.values, record)
+        return self.model.moved(self.values, record, sensitive=False)[0]
 
     def interval_of(self, name: str) -> tuple[float, float]:
         """95 % interval of one parameter."""
@@ -247,25 +244,21 @@ def _searched(
 ) -> optimize.OptimizeResult:
     """Least squares from a start; ``far``: residual of parameters under which the motion diverges."""
     place, *bounds = model.search_bounds(start)
-    known: dict[bytes, tuple[Array, Array]] = {}
 
-    def compared(at: Array) -> tuple[Array, Array]:
-        key = at.tobytes()
-        if key not in known:
-            known.clear()
-            residuals, slopes = zip(*(model.compared(at, record) for record in records), strict=True)
-            known[key] = np.concatenate(residuals), np.vstack(slopes)
-        return known[key]
+    @lru_cache(maxsize=1)
+    def compared(*at: float) -> tuple[Array, Array]:
+        residuals, slopes = zip(*(model.compared(np.array(at), record) for record in records), strict=True)
+        return np.concatenate(residuals), np.vstack(slopes)
 
     def residual(at: Array) -> Array:
         try:
-            return compared(at)[0]
+            return compared(*at)[0]
         except NotComputed:
             return np.full(sum(r.output.size for r in records), far)
 
-    compared(place)
+    compared(*place)
     return optimize.least_squares(
-        residual, place, jac=lambda at: compared(at)[1], bounds=bounds, x_scale="jac", **ending
+        residual, place, jac=lambda at: compared(*at)[1], bounds=bounds, x_scale="jac", **ending
     )
 
 

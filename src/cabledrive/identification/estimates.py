@@ -50,8 +50,7 @@ class Fit:
     covariance: Array  # (p, p): Robust, see the module
     freedom: int  # degrees of freedom of the intervals
     condition: float  # condition number of the regressor matrix as it stands (not scaled)
-    # (directions, p): directions in parameter space about which the log says nothing, in units of the
-    # parameters
+    # (directions, p): directions about which the log says nothing, in units of the parameters
     unidentifiable: Array
     # residual, scale: root mean square of the residual and of the left side
     residual: float
@@ -232,17 +231,13 @@ class Finding(str):
 
     __slots__ = ("code",)
     code: str
+    message = property(str)
 
     def __new__(cls, code: str, message: str) -> "Finding":
         """Make one."""
         made = super().__new__(cls, message)
         made.code = code
         return made
-
-    @property
-    def message(self) -> str:
-        """The sentence."""
-        return str(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -335,10 +330,6 @@ class Identification(Result):
     def noting(self, *notes: str, **method: object) -> "Identification":
         """The same with more notes, and more on how it was made."""
         return replace(self, notes=(*self.notes, *notes), method=dict(self.method) | method)
-
-    def widened(self, extra: Array) -> "Identification":
-        """The same with more covariance, shape (p, p): what the method misses on logs of its own making."""
-        return self.refitted(self.values, self.covariance + extra, self.freedom, {})
 
     def refitted(
         self, values: Array, covariance: Array, freedom: int, method: Mapping[str, Any]

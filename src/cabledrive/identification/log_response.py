@@ -101,7 +101,8 @@ def response(
     Returns
     -------
     FrequencyResponse
-        Frequencies [Hz], magnitude, phase [deg], coherence; the records left out, each with its reason.
+        Frequencies [Hz], magnitude, phase [deg], coherence, deviation by noise and by the bias of the
+        windows; the records left out, each with its reason.
 
     Raises
     ------

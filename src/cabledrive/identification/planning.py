@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from math import isfinite, pi
 
 import numpy as np
-from scipy import signal
+from scipy import optimize, signal
 
 from cabledrive.identification.axis.equation import AxisEquation
 from cabledrive.identification.response_models import PARAMETERS, chain_for
@@ -238,7 +238,6 @@ WEAK = "will not be identifiable"
 
 
 LIMITS = ("torque", "speed", "stroke")
-BISECTIONS = 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -312,18 +311,12 @@ def _checked(limits: Mapping[str, float]) -> Mapping[str, float]:
 
 def largest_amplitude(torque: Array, interval: float, guess: AxisGuess, limits: Mapping[str, float]) -> float:
     """Factor, found to 1e-4 of itself, by which a torque can be multiplied without passing a limit."""
-    limits = _checked(limits)
+    limits, highest = _checked(limits), 1.0
 
-    def within(scale: float) -> bool:
-        _, peaks = _moved(scale * torque, interval, guess)
-        return all(peaks[name] <= limit for name, limit in limits.items())
+    def beyond(scale: float) -> float:
+        peaks = _moved(scale * torque, interval, guess)[1]
+        return max(peaks[name] / limit for name, limit in limits.items()) - 1.0
 
-    low, high = 0.0, 1.0
-    while within(high) and high < 1e6:
-        low, high = high, 2.0 * high
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if within(middle) else (low, middle)
-        if high - low < 1e-4 * high:
-            break
-    return low
+    while beyond(highest) < 0.0 and highest < 1e6:
+        highest *= 2.0
+    return float(optimize.brentq(beyond, 0.0, highest, rtol=1e-4)) if beyond(highest) > 0.0 else highest

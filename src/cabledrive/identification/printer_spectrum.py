@@ -57,8 +57,7 @@ class PrinterSpectrum:
     source: str  # name of the file
     axis: str | None  # "x", "y" or "z" after the name of the file
     frequency: Array  # (n,): from 0 to 200 Hz at most [Hz]
-    # (n,): sum over the three directions, divided by the frequency, as the test excites higher frequencies
-    # more; any unit, the largest is 1
+    # (n,): sum over the directions, over the frequency, with which a test excites more; the largest is 1
     density: Array
     even: bool  # whether the frequencies are those of a Fourier transform
     duration: float | None = None  # of the samples [s]; None: the file holds a spectrum

@@ -53,8 +53,7 @@ class ResponseFit(Result):
     _heading, _table = "model {0.model}", "names: values errors"
     model: int  # {1, 2, 3, 4}
     names: tuple[str, ...]  # parameters that were fitted
-    # values, errors: (p,): estimates and standard errors, scaled by the misfit where that exceeds the
-    # measured deviation
+    # values, errors: (p,): estimates, and standard errors, scaled by a misfit above 1
     values: Array
     errors: Array
     fixed: dict[str, float]  # parameters that were given
@@ -301,7 +300,7 @@ def identify_amplifier(
         log.channel(command), log.channel(torque), log.interval, (segment, 0.5 * segment)
     )
     kept = found.between(1.5 / segment, HIGHEST_SHARE * log.sample_rate).independent(LEAST_COHERENCE)
-    return fit_amplifier(kept, log.interval)
+    return fit_amplifier(replace(kept, deviation=kept.noise), log.interval)  # it has no peaks
 
 
 def _exponential(log_value: float, log_error: float, t: float, unit: str) -> Estimate:

@@ -46,8 +46,7 @@ MOST_LEVERAGE = 0.9
 class ModeFit:
     """Modes fitted to a spectrum."""
 
-    # values, errors: (2, k): undamped natural frequencies [Hz] and damping ratios; standard errors, of the
-    # ratios those of their logarithm
+    # values, errors: (2, k): undamped natural frequencies [Hz], damping ratios; errors, of their logarithm
     values: Array
     errors: Array
     at_bound: NDArray[np.bool_]  # (k,)

@@ -16,9 +16,10 @@ from cabledrive.identification import chain_fit, estimates, two_sides
 from cabledrive.identification.axis.timing import CUSTOMARY
 from cabledrive.identification.chain_fit import ChainModel, FreeParameter, Record
 from cabledrive.identification.estimates import Estimate, Finding, Identification, readable
+from cabledrive.identification.log_response import speed_of
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.rope_friction import without_slip
-from cabledrive.identification.signals import difference, zero_phase
+from cabledrive.identification.signals import zero_phase
 from cabledrive.identification.two_sides import LOAD, SUM, Solution, TwoSides, load_equation, sum_equation
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -42,8 +43,7 @@ LOAD_WORDS = ("load", "pulley", "output", "second")
 DIFFERENCED = 10
 """Lags over which the difference of an angle correlates the noise of its encoder."""
 FOLLOWS = 70.0
-"""Share of every measured speed, of the torque, and of the load's acceleration, that is explained where
-intervals are given [%]."""
+"""Share of each speed, of torque, of the load's acceleration, explained where intervals are given [%]."""
 STILL = 0.05
 """Share of its usual speed below which the sign of a speed is not trusted."""
 GEAR = 1.3
@@ -139,11 +139,7 @@ def identify_by_simulation(
     """By output error from many starts."""
     records = []
     for log in logs:
-        speeds = [
-            log.channel(name) if name.endswith("velocity") else difference(log.channel(name), log.interval)
-            for name in channels.outputs
-        ]
-        output = np.column_stack(speeds)
+        output = np.column_stack([speed_of(log, name) for name in channels.outputs])
         records.append(Record(input=log.channel(channels.input), output=output, interval=log.interval))
     scale, starts = chain_fit.starts_for(records, channels.rectified, np.random.default_rng(SEED))
     fit, made, agreeing = chain_fit.fit_from_many_starts(records, _models(channels, scale), starts, say)
@@ -352,11 +348,7 @@ def _answer(
 def _sides(log: Log, channels: Channels) -> TwoSides:
     """Angles, or speeds where one of the two is a speed."""
     rates = any(name.endswith("velocity") for name in channels.outputs)
-    motor, load = (log.channel(name) for name in channels.outputs)
-    if rates and not channels.outputs[0].endswith("velocity"):
-        motor = difference(motor, log.interval)
-    if rates and not channels.outputs[1].endswith("velocity"):
-        load = difference(load, log.interval)
+    motor, load = (speed_of(log, name) if rates else log.channel(name) for name in channels.outputs)
     one = TwoSides(
         source=log.source,
         interval=log.interval,

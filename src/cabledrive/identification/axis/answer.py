@@ -26,8 +26,7 @@ from cabledrive.parameters import NotComputed
 from cabledrive.parameters.fields import described, meaning
 
 CONTRADICTION, ALIKE = 5.0, 0.005
-"""Joint standard errors from which two answers contradict each other, and share of the value within which
-they do not."""
+"""Joint standard errors from which two answers contradict each other, and share of the value that is none."""
 DRIFT_ROUNDS = 3
 """Corrections of a drift between two clocks."""
 REFUSING = {
@@ -190,7 +189,8 @@ def with_own_error(axis: Axis, found: Identification) -> Identification:
     misses = [fit.values - found.values for fit in fits]
     if not np.all(np.isfinite(misses)):
         return found.noting(own_error="not known: not identifiable")
-    return found.widened(unseen(misses, [fit.covariance for fit in fits]))
+    extra = unseen(misses, [fit.covariance for fit in fits])
+    return found.refitted(found.values, found.covariance + extra, found.freedom, {})
 
 
 def _checked(axis: Axis, chosen: Identification, options: IdentifyOptions) -> Identification:
@@ -245,10 +245,9 @@ def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> 
     runs = [run_of(track, values, best_bandwidth(track, values)) for track in tracks]
     share, words = max(map(check.unexplained, runs), key=itemgetter(0))
     chosen = chosen.noting(unexplained_torque=share)
-    if turns:
-        _, wave, sure = max(map(check.position_wave, runs), key=itemgetter(0))
-        if wave and (sure or check.MISFIT not in chosen.codes):
-            return chosen.without(check.MISFIT).saying(check.MISFIT, f"the model does not fit: {wave}")
+    wave = max(map(check.position_wave, runs), key=itemgetter(0))[1] if turns else ""
+    if wave:  # most of what is left, or far above all others
+        return chosen.without(check.MISFIT).saying(check.MISFIT, f"the model does not fit: {wave}")
     return (
         chosen.saying("unexplained-torque", words) if words and check.MISFIT not in chosen.codes else chosen
     )

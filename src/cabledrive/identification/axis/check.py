@@ -9,7 +9,7 @@ from scipy import signal
 
 from cabledrive.answers.keys import Keys
 from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of
-from cabledrive.identification.axis.faults import DELAY, FAULTS, Evidence, evidence_by_innovations
+from cabledrive.identification.axis.faults import DELAY, FAULTS, JOINT, Evidence, evidence_by_innovations
 from cabledrive.identification.axis.observer import NotReproduced, Prediction, observed, period_of
 from cabledrive.identification.axis.simulated import case_of
 from cabledrive.identification.axis.timing import timing_of
@@ -25,7 +25,8 @@ NOT_MADE = {
     "parameters": "not made: inertia and friction are not identifiable from the log",
 }
 MATERIAL = 0.7
-"""Share of half an interval by which a fault must change a parameter to be stated as a fault."""
+"""Share of half an interval by which a fault must change a parameter to be stated as a fault; for one of the
+joint of the interval that noise alone makes: the doubt about quicker observers is larger with a joint."""
 NOTABLE, CLOSE = 0.01, 0.8
 """Share of the power from which it is stated whatever it changes; share of the best explanation from which on
 another fault cannot be distinguished from it."""
@@ -69,10 +70,16 @@ def checked_by_innovations(axis: Axis, answer: Identification) -> Identification
         reason = f"not possible: {failure}"
     if reason:
         return replace(answer.noting(model_check=reason), check_reason=reason)
-    answer = answer.noting(model_check=INNOVATIONS, suspicions={one.fault: one.as_dict() for one in found})
+    numbers = ("significance", "critical", "value")
+    shown = {one.fault: {name: getattr(one, name) for name in numbers} for one in found}
+    answer = answer.noting(model_check=INNOVATIONS, suspicions=shown)
     answer = replace(answer, checked=True, check_reason=INNOVATIONS)
-    half_widths = [0.5 * (one.high - one.low) for one in answer.parameters.values()]
-    beyond = [e for e in found if e.alarms and (e.moves(half_widths, MATERIAL) or e.gain > NOTABLE)]
+    half_widths = np.array([0.5 * (one.high - one.low) for one in answer.parameters.values()])
+    beyond = []
+    for one in (one for one in found if one.alarms):
+        halves = one.halves if one.fault in JOINT else half_widths
+        if one.gain > NOTABLE or np.any(np.abs(one.shift) > MATERIAL * halves):
+            beyond.append(one)
     if faults := [e for e in beyond if e.gain >= CLOSE * beyond[0].gain]:
         return _blamed(axis, answer, faults)
     # notes on faults that change too little, or that a motion that repeats cannot show
@@ -83,7 +90,7 @@ def checked_by_innovations(axis: Axis, answer: Identification) -> Identification
     unseen = []
     for one in found:  # would move a parameter by more than its interval's width before it alarms
         times = one.critical * one.error / max(abs(one.value), 1e-300)
-        if not one.alarms and one.moves(half_widths, 2.0, times):
+        if not one.alarms and np.any(times * np.abs(one.shift) > 2.0 * half_widths):
             unseen.append(one)
     if not unseen or not all(period_of(log.channel(axis.torque), log.interval) for log in axis.logs):
         return answer
@@ -130,47 +137,54 @@ def unexplained(run: Prediction) -> tuple[float, str]:
     )
 
 
-def position_wave(run: Prediction) -> tuple[float, str, bool]:
-    """Share of the unexplained torque's power of one wave per revolution, words, if named at all events."""
+def position_wave(run: Prediction) -> tuple[float, str]:
+    """Share of the unexplained torque's power of one wave per revolution, and words where it is believed."""
     track, values, hertz = run.track, run.values, run.bandwidth / (2.0 * np.pi)
     angle = zero_phase(track.position, track.interval, min(2.0 * hertz, 0.2 / track.interval))
     # The observer's correction lags behind what it corrects by about one radian of its bandwidth.
-    added = zero_phase(run.added, track.interval, min(hertz, 0.2 / track.interval))
+    added, driven = (
+        zero_phase(own, track.interval, min(hertz, 0.2 / track.interval)) for own in (run.added, track.torque)
+    )
     edge, late = track.position.size // 20, round(np.sqrt(2.0) / (run.bandwidth * track.interval))
     part = slice(edge, added.size - late, EVERY)
     slipping = run.direction[part] != 0.0
-    left, place = added[edge + late :: EVERY][slipping], angle[part][slipping]
+    left, place, driven = added[edge + late :: EVERY][slipping], angle[part][slipping], driven[part][slipping]
     turned = float(np.ptp(place)) / (2.0 * np.pi) if place.size else 0.0
     if left.size < 100 * MOST_WAVES // EVERY or MOST_WAVES * turned < PERIODS:
-        return 0.0, "", False
+        return 0.0, ""
     least = 1 if turned >= TURN else int(np.ceil(PERIODS / turned))
-    waves = {count: _explained(left, np.exp(1j * count * place)) for count in range(least, MOST_WAVES + 1)}
-    first = max(waves, key=lambda count: waves[count][0])
-    best, amplitude = waves[first]
+    counts = np.arange(least, MOST_WAVES + 1)
+    families = [
+        [_explained(left, size * np.exp(1j * count * place)) for count in counts] for size in (1.0, driven)
+    ]
+    waves = max(families, key=max)
+    (best, amplitude), ripple = max(waves), waves is families[1]
+    first = int(counts[waves.index((best, amplitude))])
 
-    def rate_of(wave: Complex) -> Complex:
-        return difference(wave.real, track.interval) + 1j * difference(wave.imag, track.interval)
-
-    # An error e of the angle asks for the torque J e'' + b e'.
-    speed = rate_of(np.exp(1j * angle))
-    share, size = _explained(left, (values[0] * rate_of(speed) + values[1] * speed)[part][slipping])
-    if np.sqrt(max(share, best) * np.mean(run.innovation**2)) < RESOLVED * track.quantum:
-        return 0.0, "", False
+    # An error e of the angle, once per revolution, asks for the torque J e'' + b e'.
+    rate, turn = difference(angle, track.interval), np.exp(1j * angle)
+    asked = values[0] * (1j * difference(rate, track.interval) - rate**2) + 1j * values[1] * rate
+    share, size = _explained(left, (asked * turn)[part][slipping])
+    one_sided = _explained(left, np.abs(driven) + 0j)[0]  # is among the faults
+    small = np.sqrt(max(share, best) * np.mean(run.innovation**2)) < RESOLVED * track.quantum
+    if small or one_sided > max(share, best):
+        return 0.0, ""
     if turned >= TURN and share > max(EXPLAINED, best):
         words = (
             f"the encoder's angle is wrong by {size:.2g} rad once per revolution: "
             "eccentricity of its disc or a shaft that runs out"
         )
-        return share, words, True
-    sure = turned >= TURN and best >= ABOVE * float(np.median([share for share, _ in waves.values()]))
+        return share, words
+    sure = turned >= TURN and best >= ABOVE * float(np.median([share for share, _ in waves]))
+    sure &= not (ripple and period_of(track.torque, track.interval))  # which makes any wave of others
     if best < (EXPLAINED if sure else MOST_OF_IT):
-        return 0.0, "", False
-    counts = [first, *(n for n in range(2 * first, MOST_WAVES + 1, first) if sure and waves[n][0] > OVERTONE)]
-    words = (
-        f"a torque of the position with {', '.join(map(str, counts))} period(s) per revolution "
-        f"(amplitude {amplitude:.2g} N m): cogging, a tooth, or a weight out of balance"
-    )
-    return best, words, sure
+        return 0.0, ""
+    over = (n for n in range(2 * first, MOST_WAVES + 1, first) if sure and waves[n - least][0] > OVERTONE)
+    periods = f"with {', '.join(map(str, (first, *over)))} period(s) per revolution"
+    if ripple:
+        return best, f"the motor's torque varies by {100 * amplitude:.2g} % {periods}: torque ripple"
+    words = f"a torque of the position {periods} (amplitude {amplitude:.2g} N m): cogging, a tooth, "
+    return best, f"{words}or a weight out of balance"
 
 
 def _explained(left: Array, wave: Complex) -> tuple[float, float]:

@@ -14,7 +14,6 @@ hold of the torque, are added to C. Of faults of the joint that mean is taken of
 samples along the whole motion and is well known, not of the few stops on which laws of friction hang.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +25,7 @@ from cabledrive.identification.axis.axis import BASE, Axis, values_of
 from cabledrive.identification.axis.equation import loosen
 from cabledrive.identification.axis.observer import NotReproduced, Observed, Prediction
 from cabledrive.identification.estimates import Factors, Fit, Identification
+from cabledrive.identification.signals import zero_phase
 from cabledrive.parameters.arrays import Array
 
 FALSE_ALARMS = 0.001
@@ -64,6 +64,10 @@ FAULTS = {  # whether only a positive factor indicates it, the fault in short an
         "friction grows with the torque that is carried"),
     "asymmetry": (False, "viscous friction that differs between both directions",
         "viscous friction differs between both directions"),
+    "one-sided": (False, "a motor with more torque one way",
+        "the torque acts more strongly one way than the other: its motor, amplifier or sensor is one-sided"),
+    "filtered": (True, "a filtered torque channel",
+        "the logged torque lacks its fast part: its channel is filtered; log it before the filter"),
     DRIFT: (False, "friction that changes while the log lasts",
         "friction changes from the beginning of the log to its end: the axis warms up, or dries"),
     "position": (False, "a torque that depends on the position",
@@ -87,7 +91,8 @@ class Evidence:
     error: float
     critical: float  # significance that a sound log exceeds at any disturbance with the chance `FALSE_ALARMS`
     gain: float  # share of the residual's power that it explains
-    shift: tuple[float, ...] = ()  # what it would change in the four parameters
+    shift: Array  # (4,): what it would change in the parameters
+    halves: Array  # (4,): half of their intervals as noise alone makes them
 
     @property
     def fault(self) -> str:
@@ -104,14 +109,6 @@ class Evidence:
     def alarms(self) -> bool:
         """Whether it is beyond chance."""
         return self.significance > self.critical
-
-    def moves(self, half_widths: Sequence[float], share: float, times: float = 1.0) -> bool:
-        """Whether so many times it would change a parameter by a share of half its interval."""
-        return any(times * abs(s) > share * half for s, half in zip(self.shift, half_widths, strict=False))
-
-    def as_dict(self) -> dict[str, float]:
-        """Numbers as the answer has them."""
-        return {"significance": self.significance, "critical": self.critical, "value": self.value}
 
 
 def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence, ...]:
@@ -154,10 +151,13 @@ def _fault_torques(axis: Axis, run: Prediction) -> dict[str, Array]:
     h, stroke = track.interval, float(np.ptp(track.position))
     speed, way, size = run.speed, run.direction, float(np.sqrt(np.mean(run.speed**2)))
     place = (track.position - track.position.min()) / stroke
+    smooth = zero_phase(track.torque, h, min(run.bandwidth / np.pi, 0.2 / h))  # its noise is no motion
     found = {
         "asymmetry": -np.abs(speed),
         "quadratic": -speed * np.abs(speed) / size,
         "load": -way * np.abs(net),
+        "one-sided": np.abs(track.torque),
+        "filtered": -np.gradient(np.gradient(smooth)),
         DRIFT: -way * np.linspace(-0.5, 0.5, way.size),
     }
     found |= {f"stribeck:{s:g}": -way * np.exp(-((speed / (s * size)) ** 2)) for s in STRIBECK}
@@ -204,5 +204,6 @@ def _by_innovations(factors: Factors, name: str, tried: int) -> Evidence:
         error=error,
         critical=float(stats.t.isf(0.5 * FALSE_ALARMS / tried, EFFICIENCY * factors.triangles.shape[0])),
         gain=1.0 - float(whole.residual) ** 2 / without.residual**2,
-        shift=tuple(shift.tolist()),
+        shift=shift,
+        halves=without.half_width()[: len(BASE)],
     )

@@ -30,8 +30,7 @@ from cabledrive.parameters.arrays import Array
 NUISANCE = (*BASE, "lag")
 HOLD = "hold"
 HELD, HELD_DOUBT = 8 / 48, 4 / 48
-"""Second difference taken off the torque, half-way between point samples and means of a held torque, and the
-distance to both."""
+"""Second difference off the torque, half-way from point samples to means of a held one; distance to both."""
 CORNER, CORNER_DOUBT = 6 / 48, 2 / 48
 """The same between point samples and means of a smooth torque."""
 ORDER = 30

@@ -60,7 +60,7 @@ def predict(axis: Axis, found: Identification, timing: TorqueTiming) -> tuple[Pr
     for name in sorted(CONVENTIONS, key=lambda name: abs(timing.off(name))):
         start = timing.at(name)
         begun = start.moved(axis).regressed()
-        if begun.identifiable:
+        if np.all(np.isfinite(values_of(begun))):
             with suppress(NotReproduced):
                 return _refined(axis, begun, start)
     raise NotReproduced

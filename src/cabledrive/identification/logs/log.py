@@ -7,7 +7,7 @@ channel, what it measures, and in which unit.
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -35,10 +35,6 @@ class DataReport:
     quantum: Mapping[str, float] = field(default_factory=dict)
     repaired: tuple[str, ...] = ()  # what was changed, in words
     findings: tuple[str, ...] = ()  # what else a reader should know, in words
-
-    def as_dict(self) -> dict[str, Any]:
-        """The report as JSON has it."""
-        return asdict(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)

@@ -76,7 +76,6 @@ MISSING = (
     *("null", "NULL", "None", "-", "--", "---"),
 )
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d{1,9})?(Z|[+-]\d\d:?\d\d)?")
-
 _CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?[^\d:]")
 
 

@@ -121,7 +121,6 @@ MOST_MISSING = 0.02
 """Share of missing rows above which a log is refused."""
 LARGEST_JITTER = 0.25
 """Deviation from an even grid, in intervals, that is still taken for an even grid."""
-
 LONGEST_STEP = 2.5
 """Steps, in intervals, that jitter may make of one where samples may be resampled; longer is a gap."""
 

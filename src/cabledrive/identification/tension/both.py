@@ -255,6 +255,7 @@ def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesF
 
 BANDWIDTH = 40.0
 """Of force and angle by default [Hz]."""
+MEAN_WORDS = "{0[0]:.4g} N, {0[1]:.4g} to {0[2]:.4g} N".format
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -262,15 +263,7 @@ class SpanTensions(Result):
     """Tension at the load pulley over time."""
 
     _table = "time: upper lower"
-    _shown = tuple(
-        Row(
-            f"mean_{span}",
-            f"Mean tension of the {span} span",
-            "N",
-            "{0[0]:.4g} N, {0[1]:.4g} to {0[2]:.4g} N".format,
-        )
-        for span in ("upper", "lower")
-    )
+    _shown = tuple(Row(f"mean_{span}", f"Mean tension of the {span} span", "N", MEAN_WORDS) for span in SPANS)
     time: Array  # (samples,) [s]
     # upper, lower: (samples,) [N]
     upper: Array

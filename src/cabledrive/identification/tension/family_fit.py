@@ -1,7 +1,7 @@
 """A recording fitted by families of partials, by what a family is known, and the tension that each says."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from math import pi, sqrt
 from typing import Any
 
@@ -40,8 +40,7 @@ class SpanTension:
     bare: float
     spread: float  # largest difference of the tensions that the partials say, over the tension; 0 with one
     line_width: float  # of its strongest partial: half-power width of its decay and of the record [Hz]
-    # relative change of the tension with one of the file's mass per length; of its length, twice that;
-    # neither is in the interval
+    # relative change of the tension by the file's mass per length (by its length: twice); in no interval
     of_mass: float
     partials: tuple[Partial, ...]
     findings: tuple[str, ...] = ()
@@ -110,7 +109,7 @@ class PingTension:
             "residual": {"relative": spread, "of": "tensions of partials"},
             "spans": {span: SPAN(one) for span, one in self.spans.items()},
             "findings": [finding for one in self.spans.values() for finding in one.findings],
-            "data": [self.report.as_dict()],
+            "data": [asdict(self.report)],
         }
 
 

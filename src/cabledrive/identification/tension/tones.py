@@ -71,8 +71,7 @@ class TonesFit:
     amplitude: Array  # (tones,): at the beginning of the fitted part, in the channel's unit
     amplitude_error: Array  # (tones,)
     scale_covariance: Array  # (families, families): of the factors x
-    # offset, offset_error: (tones,): by how much each tone alone would lie beside its family, with its
-    # standard error [Hz]
+    # offset, offset_error: (tones,): of each tone alone from its family, and its standard error [Hz]
     offset: Array
     offset_error: Array
     residual: float  # sum of squares
