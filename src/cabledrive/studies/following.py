@@ -72,13 +72,10 @@ class Station:
 
 
 class Follower:
-    """Follows the modes of a drive of one parameter, shapes compared in some ``cells`` per span.
+    """Follows the modes of a drive of one parameter, shapes compared in some ``cells`` per span."""
 
-    ``taut``: those of straight ropes, see `natural.natural_frequencies`.
-    """
-
-    def __init__(self, drive_at: Callable[[float], Machine], cells: int, *, taut: bool = True) -> None:
-        self._drive_at, self._cells, self._taut = drive_at, cells, taut
+    def __init__(self, drive_at: Callable[[float], Machine], cells: int) -> None:
+        self._drive_at, self._cells = drive_at, cells
         self._known: dict[float, Station] = {}
 
     def modes_at(self, value: float, count: int) -> Station:
@@ -86,7 +83,7 @@ class Follower:
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
             drive = self._drive_at(value)
-            modes = natural.longitudinal_modes(drive, count=count, taut=self._taut)
+            modes = natural.longitudinal_modes(drive, count=count)
             repeats = [mode.multiplicity for mode in modes]
             frequency = np.repeat([mode.frequency for mode in modes], repeats)
             family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
@@ -338,7 +335,7 @@ def frequency_against(
     drive_at = cache(lambda value: varied_together(drive, {key: float(value)}))
     for value in ordered:  # refused before anything is followed
         drive_at(value)
-    follower = Follower(drive_at, cells=256 + 16 * modes, taut=natural.is_straight(drive))
+    follower = Follower(drive_at, cells=256 + 16 * modes)
     path = _complete_path(follower, ordered, modes)
     stations = {station.value: station for station in path}
     shown = [stations[float(value)] for value in ordered]
