@@ -209,7 +209,7 @@ def test_rows_at_once_and_rows_one_by_one_are_the_same(sweep, monkeypatch):
     for name in ("dissertation-2", "dissertation-3"):
         _, at_once = sweep(text.replace("DRIVE", name), name=f"{name}-a.zarr")
         with monkeypatch.context() as patch:
-            patch.setattr("cabledrive.campaign.columns.plain_rows", lambda spec, values: None)
+            patch.setattr("cabledrive.campaign.kinds.plain_rows", lambda spec, values: None)
             _, singly = sweep(text.replace("DRIVE", name), name=f"{name}-b.zarr")
         assert at_once.code.values.tolist() == [0, 0, 0, 2, 2, 2, 0, 0, 0]
         np.testing.assert_allclose(at_once.longitudinal_hz, singly.longitudinal_hz, rtol=1e-12)

@@ -12,7 +12,7 @@ from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation.channels import width_of
-from cabledrive.simulation.dampers import AS_BENT, AS_STRAIGHT
+from cabledrive.simulation.damped import AS_BENT, AS_STRAIGHT
 from cabledrive.simulation.methods import NAMES, integrate_steps
 from cabledrive.simulation.network.mesh import network_plan, rest_of
 from cabledrive.simulation.plan import copy_state, new_state, new_workspace

@@ -176,7 +176,7 @@ class NamedComputation:
 
         Which rows fit and are done, and their outputs; None: no campaign for this. Values in SI.
         """
-        from cabledrive.campaign.columns import many_modes
+        from cabledrive.campaign.kinds import many_modes
 
         return many_modes(spec, values) if self.what == "modes" else None
 

@@ -1,21 +1,36 @@
 """Computations that a SPEC can name: of the drive alone, in closed loop, a whole study."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, declared, padded
+from cabledrive.campaign.rows import plain_value
+from cabledrive.campaign.spec import CampaignSpec, settings_of
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.keys import varied_together
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import two_pulleys
+
+if TYPE_CHECKING:
+    from cabledrive.modal.batch import ChainBatch
+
+Many = tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]
+"""Rows that are done, (n,), and their outputs, (n, ...), by name."""
 
 DEFAULT_COUNT = 6
+STRAIGHT = 1e-3
+"""Irvine parameter, with what hangs on it, up to which a rope is straight for its longitudinal modes."""
 SPANS = ("upper", "lower")
 
 
 def _modes_outputs(options: Mapping[str, Any]) -> tuple[Output, ...]:
     size = (options.get("count", DEFAULT_COUNT),)
-    along = "longitudinal natural frequencies of the taut cable, each by its multiplicity"
+    along = "longitudinal natural frequencies at rest, each by its multiplicity"
     across = "transverse natural frequencies, of each section and plane"
     return (
         *declared({"longitudinal_hz": ("Hz", along)}, ("mode",), size),
@@ -36,7 +51,7 @@ OF_BOTH_KINDS = {"transverse_hz", "certified", "certified_reason", "warnings", "
 
 
 def _modes(row: Row) -> Mapping[str, Any]:
-    from cabledrive.modal.natural import is_straight, longitudinal_modes, modes
+    from cabledrive.modal.natural import longitudinal_modes, modes
 
     count, motor = row.options.get("count", DEFAULT_COUNT), row.options.get("motor")
     if not OF_BOTH_KINDS & set(row.options["outputs"]):
@@ -247,12 +262,77 @@ def _study(row: Row) -> Mapping[str, Any]:
     return {name: said.get(name) for name in STUDY} | {"chosen_controller": chosen and chosen.controller}
 
 
+def is_straight(drive: Machine) -> bool:
+    """Whether it is a loop or line that sags too little to move a longitudinal mode by some 1e-5."""
+    if (loop := two_pulleys(drive)) is None:
+        return False
+    cable, tension = loop.cable, loop.cable.pretension
+    hung = sum(own.mass for own in loop.carriage if not own.guided)
+    weight = (cable.mass_per_length * loop.span_length + hung) * loop.layout.gravity_across
+    return bool(weight**2 * cable.axial_rigidity <= STRAIGHT * tension**3)
+
+
+def plain_rows(
+    spec: CampaignSpec, values: Mapping[str, NDArray[Any]]
+) -> "tuple[NDArray[np.bool_], ChainBatch] | None":
+    """Which rows are straight loops of two turning pulleys without carriages, built as the first drive.
+
+    Their chains beside; the others are computed one by one. None: there is none.
+    """
+    from cabledrive.mechanics.spans import longitudinal_chains
+    from cabledrive.modal.batch import batch_of
+
+    base, found = next(iter(spec.drives.values())), dict[int, Any]()
+    build = _build(base) if len(spec.drives) == 1 else None
+    given = {
+        key: [plain_value(value, spec.units[key]) for value in column]
+        for key, column in settings_of(values, "").items()
+    }
+    rows = len(next(iter(values.values())))
+    for i in range(rows if build is not None else 0):
+        with suppress(InputRefused):
+            drive = varied_together(base, {key: column[i] for key, column in given.items()})
+            if _build(drive) == build and is_straight(drive):
+                found[i] = drive
+    if not found:
+        return None
+    good: NDArray[np.bool_] = np.zeros(rows, dtype=bool)
+    good[[*found]] = True
+    return good, batch_of([longitudinal_chains(drive)[0].chain for drive in found.values()])
+
+
+def _build(drive: Any) -> tuple[Any, ...] | None:
+    """What loops of one batch have in common; None of what is no plain loop."""
+    if drive.kind != "loop" or drive.carriage or any(pulley.fixed for pulley in drive.pulley):
+        return None
+    motor = drive.motor
+    return (
+        motor is not None and motor.joint_stiffness is not None,
+        motor is not None and motor.holding_stiffness is not None,
+    )
+
+
+def many_modes(spec: CampaignSpec, values: Mapping[str, NDArray[Any]]) -> Many | None:
+    """Longitudinal modes of the rows that have only simple ones; None where another way is asked for."""
+    from cabledrive.modal.batch import many_spectra
+
+    options = spec.computation.options  # type: ignore[attr-defined]
+    fits = "motor" not in options and not OF_BOTH_KINDS & {*options["outputs"]}
+    rows = plain_rows(spec, values) if fits else None
+    if rows is None:
+        return None
+    (good, chains), count = rows, options.get("count", DEFAULT_COUNT)
+    done, omegas = good.copy(), np.full((good.size, count), np.nan)
+    omegas[good], done[good] = many_spectra(chains, count)
+    return done, {"longitudinal_hz": omegas / (2.0 * np.pi), "longitudinal_proven": done.astype(np.int8)}
+
+
 KINDS = {
     "modes": Kind(
         outputs=_modes_outputs,
         default=("longitudinal_hz", "longitudinal_proven"),
         one=_modes,
-        modules=("cabledrive.campaign.columns", "cabledrive.modal.batch"),
+        modules=("cabledrive.campaign.kinds", "cabledrive.modal.batch"),
         options={"count": "count", "motor": TEXT},
     ),
     "resonance": Kind(

@@ -9,7 +9,7 @@ import numpy as np
 
 from cabledrive.mechanics.chain import HOLDING_SPRING, Chain, LabelledChain, Pendant, Stretch
 from cabledrive.mechanics.holding import DRIVE_PULLEY, LOAD_PULLEY, MOTOR, PULLEYS, span_stiffness
-from cabledrive.mechanics.rest import RestingSection, RestState
+from cabledrive.mechanics.rest import RestState
 from cabledrive.parameters import Drive, NotComputed
 
 
@@ -106,20 +106,11 @@ def transverse_chains(drive: Drive, *, rest: RestState | None = None) -> tuple[L
                         f"{section.end:.4g} m (lowest tension {section.lowest_tension:.4g} N): raise "
                         "cable.pretension"
                     )
-                rigidity = _uniform_rigidity(drive, section, joints[b].position - joints[a].position)
+                time = sum(stretch.travel_time for stretch in section.stretches)
+                rigidity = ((joints[b].position - joints[a].position) / time) ** 2
             own = joints[a : b + 1]
             chains.append(_chain(drive, rigidity, own, list(pairwise(own))))
     return tuple(chains)
-
-
-def _uniform_rigidity(drive: Drive, section: RestingSection, length: float) -> float:
-    """R of the uniform string of some length on which a wave takes as long."""
-    stretches = section.stretches
-    if len(stretches) == 1 and stretches[0].load == (0.0, 0.0):
-        tension = stretches[0].force[0]  # to the last digit what the formula of the straight drive gives
-        return tension / (1.0 + tension / drive.cable.axial_rigidity)
-    time = sum(stretch.travel_time for stretch in stretches)
-    return (length / time) ** 2
 
 
 class _Joint(NamedTuple):

@@ -25,8 +25,6 @@ DEFAULT_COUNT = 10
 MOST_MODES = 20_000
 MOST_CHECKED = 2_000
 """Modes of straight ropes among which those are looked for that sag moves."""
-STRAIGHT = 1e-3
-"""Irvine parameter, with what hangs on it, up to which a rope is straight for its longitudinal modes."""
 BEYOND = 1.5
 """Times the highest of them, up to where the same modes of ropes that hang are looked for."""
 LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
@@ -234,16 +232,6 @@ def _off_modes(spectrum: Spectrum, omega: float) -> float:
     while spectrum.count(omega * (1 - ENCLOSURE)) != spectrum.count(omega * (1 + ENCLOSURE)):
         omega, step = omega * (1 - step), 2 * step
     return omega
-
-
-def is_straight(drive: Machine) -> bool:
-    """Whether it is a loop or line that sags too little to move a longitudinal mode by some 1e-5."""
-    if (loop := two_pulleys(drive)) is None:
-        return False
-    cable, tension = loop.cable, loop.cable.pretension
-    hung = sum(own.mass for own in loop.carriage if not own.guided)
-    weight = (cable.mass_per_length * loop.span_length + hung) * loop.layout.gravity_across
-    return bool(weight**2 * cable.axial_rigidity <= STRAIGHT * tension**3)
 
 
 def natural_frequencies(

@@ -236,16 +236,12 @@ def zero_pivots(t: Table, band: NDArray[Any], least: float) -> tuple[int, bool]:
 
 
 def counted(t: Table, lanes: Lanes) -> Array:
-    r"""Modes below each lane's frequency, rigid ones included (Wittrick and Williams [1]_), Eq. (M.5).
+    r"""Modes below each lane's frequency, rigid ones included, Eq. (M.5).
 
-    The negative pivots of the elimination, of long runs first, and the modes that the cuts hide between held
-    ends. Where round-off clouds the signs, in the order of the band, from its other end, then both with more
-    digits, then by eigenvalues.
-
-    References
-    ----------
-    .. [1] W. H. Wittrick and F. W. Williams, A general algorithm for computing natural frequencies of elastic
-       structures, Quart. J. Mech. Appl. Math. 24 (1971) 263-284.
+    W. H. Wittrick and F. W. Williams, Quart. J. Mech. Appl. Math. 24 (1971) 263: the negative pivots of the
+    elimination, of long runs first, and the modes that the cuts hide between held ends. Where round-off
+    clouds the signs, in the order of the band, from its other end, then both with more digits, then by
+    eigenvalues.
     """
     if lanes.omega.size > (most := max(1, TOGETHER // t.first.size)):
         parts = range(0, lanes.omega.size, most)

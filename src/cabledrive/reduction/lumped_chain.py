@@ -104,20 +104,18 @@ def held(system: Array, inputs: Array, interval: float) -> tuple[Array, Array]:
     return power[:, :n], power[:, n:].reshape(inputs.shape)
 
 
-def speed_response(chain: LumpedChain, omega: Array, torque_on: int = 0, speed_of: int = 0) -> Complex:
+def speed_response(chain: LumpedChain, omega: Array, speed_of: int = 0) -> Complex:
     r"""Frequency response from torque to speed: Eqs. (4.17), (4.19), (6.12), (6.14), their misprints mended.
 
     .. math:: H = i\omega\, e^T (K + i\omega C - \omega^2 M)^{-1} f
 
-    ``omega``, shape (m,): angular frequencies [rad/s], not zero; ``torque_on``, ``speed_of``: numbers of the
-    inertias, from the motor.
+    ``omega``, shape (m,): angular frequencies [rad/s], not zero; torque on the motor; ``speed_of``: number of
+    an inertia, from the motor.
     Returns shape (m,): speed per torque [rad/(N m s)].
     """
     w = np.asarray(omega, dtype=float)[:, None, None]
     dynamic = chain.stiffness_matrix + 1j * w * chain.damping_matrix - w**2 * np.diag(chain.inertias)
-    force = np.zeros((chain.size, 1))
-    force[torque_on] = 1.0
-    angle = np.linalg.solve(dynamic, np.broadcast_to(force, (w.shape[0], chain.size, 1)))
+    angle = np.linalg.solve(dynamic, np.broadcast_to(np.eye(chain.size, 1), (len(w), chain.size, 1)))
     return 1j * w[:, 0, 0] * angle[:, speed_of, 0]
 
 

@@ -37,35 +37,28 @@ def overview_figure(context: ReportContext) -> Figure:
     )
 
 
-VARIED, TRAVELLED = "dissertation-2", "linear-axis"
+VARIED = "dissertation-2"
 POINTS, FEWEST = 61, 13
 MOST_CARRIAGES = 500
 
 
 def effect_of_parameters(context: ReportContext) -> Chapter | None:
-    """Frequencies of a machine against pretension and load inertia, of another against carriage place."""
+    """Frequencies of a machine against pretension and load inertia."""
     drives = [own for own in map(two_pulleys, context.machines) if own is not None]
     if not drives:
         return None
-    drive = _packaged(drives, VARIED) or drives[0]
-    travelled = _packaged(drives, TRAVELLED)
-    blocks = [*_of_one(drive), *(_travel(travelled) if travelled else ())]
+    varied = content_hash(load_drive(VARIED))
+    drive = next((own for own in drives if content_hash(own) == varied), drives[0])
     return Chapter(
         "Effect of parameters on the frequencies",
         "what-moves-them",
-        tuple(blocks),
-        summary="How pretension, carriage position and inertia shift the natural frequencies.",
+        tuple(_of_one(drive)),
+        summary="How pretension and inertia shift the natural frequencies.",
         methods=(
             "Frequencies against a quantity: certified modes at each value, tracked by the overlap of "
             "their shapes; steps are halved until the assignment is unique.",
         ),
     )
-
-
-def _packaged(drives: Sequence[Drive], name: str) -> Drive | None:
-    """A packaged drive, if it is among those of the report."""
-    digest = content_hash(load_drive(name))
-    return next((drive for drive in drives if content_hash(drive) == digest), None)
 
 
 def _of_one(drive: Drive) -> Iterator[Block]:
@@ -114,29 +107,6 @@ def _of_one(drive: Drive) -> Iterator[Block]:
             )
     except NotComputed as reason:
         yield Note(text=f"The modes of {drive.name} could not be followed further: {reason}.", tone="warning")
-
-
-def _travel(drive: Drive) -> Iterator[Block]:
-    """The carriage on its way along its span."""
-    yield Paragraph(
-        text="With a travelling carriage the frequencies depend on its position. Where two curves approach "
-        "each other they veer: they exchange their shapes without touching. Without a symmetry they do "
-        "not cross."
-    )
-    yield _against(
-        drive,
-        "position",
-        ("carriage.0.position", drive.span_length * np.linspace(0.03, 0.97, 95), 4),
-        "Frequencies of {modes} modes against the position of the carriage, with {crossings} near-crossings "
-        "marked.",
-        "modes tracked by their shapes while the carriage goes from one pulley to the other. Colours: parts "
-        "that move; rings: veerings.",
-        quantity="position of the carriage",
-        unit="m",
-        here=drive.carriage[0].position,
-        logarithmic=False,
-        across=False,
-    )
 
 
 def _against(

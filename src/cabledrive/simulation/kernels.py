@@ -17,7 +17,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import for_kernels, njit_in_place, njit_inner, njit_strict
-from cabledrive.simulation import dampers as of
+from cabledrive.simulation import damped as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import AXIAL_LOSS
 from cabledrive.simulation.coordinates import advance, gather, place_ends

@@ -15,7 +15,7 @@ from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.mesh import Mesh
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.simulation import dampers as of
+from cabledrive.simulation import damped as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.own_law import compiled_law, slack_of, stiffness_over_limit
 from cabledrive.simulation.plan import Plan, State, Workspace

@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.compiled import njit_inner
-from cabledrive.simulation import dampers as of
+from cabledrive.simulation import damped as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import AXIAL_LOSS, FORCE_WORK, TRANSVERSE_LOSS
 from cabledrive.simulation.coordinates import end_moved, gather, invert, turn

@@ -14,7 +14,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import taut_law
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.simulation import dampers as of
+from cabledrive.simulation import damped as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.plan import Plan, State
 

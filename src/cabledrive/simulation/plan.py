@@ -96,7 +96,7 @@ class Plan(NamedTuple):
     tension_only: bool
     stop_when_slack: bool
     step: float  # [s]
-    axial: int  # how segments are damped, see `cabledrive.simulation.dampers`
+    axial: int  # how segments are damped, see `cabledrive.simulation.damped`
     nodes: Integers  # (pieces, 2): first and last node of each piece
     piece: Array  # (pieces, 7): T0 [N], EA [N], slack strain, parallel ropes; u, v, w of its end where q = 0
     segment: Array
@@ -121,7 +121,7 @@ class Plan(NamedTuple):
     smooth: Array  # (frictions,): speed over which friction is smoothed; 0: stick-slip
     stick: Integers  # (frictions,): the coordinate that rubs, -1 where there are several
     wrap: Integers  # (frictions, 2): pieces before and behind a wrap, -1 elsewhere
-    damper: Array  # (5, nodes - 1): eliminated dampers of straight ropes, see `cabledrive.simulation.dampers`
+    damper: Array  # (5, nodes - 1): eliminated dampers of straight ropes, see `cabledrive.simulation.damped`
     # (probes, 5): segment, place between its ends from 0 to 1, u, v, w there from which a record counts; the
     # middles of pieces come first
     probe: Array

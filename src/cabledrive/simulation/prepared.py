@@ -17,7 +17,7 @@ from cabledrive.mechanics.sources import digest_with_imports
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
-from cabledrive.simulation import dampers as of
+from cabledrive.simulation import damped as of
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import Channel
 from cabledrive.simulation.methods import TimeGrid

@@ -31,10 +31,18 @@ from cabledrive.studies.excited_modes import (
     lines_of,
 )
 from cabledrive.studies.motion_snapshot import Snapshot, longitudinal_of, snapshot_of, tracked
-from cabledrive.studies.motion_stages import Extremes, integrate, interpolated, stages_along
+from cabledrive.studies.motion_stages import (
+    Extremes,
+    driven_way,
+    integrate,
+    interpolated,
+    places_along,
+    poses_along,
+    stages_along,
+    torques_of,
+)
 from cabledrive.studies.pair_thresholds import refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion, drive_at
-from cabledrive.studies.route_path import driven_way, places_along, poses_along, torques_of
 
 HIGHEST = 80
 """Transverse modes of a row that are looked at, and of a section on average."""

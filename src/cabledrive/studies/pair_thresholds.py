@@ -69,6 +69,11 @@ class NearPair:
     tuning: Pair | None = None  # of 1:2 pairs of the pulley mode, where there is one pretension to choose
 
     @property
+    def least(self) -> float:
+        """Threshold torque, infinite where there is none [N m]."""
+        return inf if self.threshold_torque is None else self.threshold_torque
+
+    @property
     def second_transverse_hz(self) -> float | None:
         """Of the sum type the other transverse mode [Hz]."""
         return self.transverse_hz[1] if self.kind == SUM else None
@@ -95,17 +100,12 @@ def pairs_of(
             found[key] = replace(other, plane=BOTH)
         elif other is not pair:
             found[*key, pair.plane] = pair
-    return tuple(sorted(found.values(), key=_by_threshold))
+    return tuple(sorted(found.values(), key=lambda own: (own.least, abs(own.detuning_hz))))
 
 
 def alike(first: float, second: float) -> bool:
     """Whether two frequencies are of one mode."""
     return abs(first / second - 1.0) < _SAME
-
-
-def _by_threshold(pair: NearPair) -> tuple[float, float]:
-    """The lowest threshold of a pair first, then the least detuning."""
-    return inf if pair.threshold_torque is None else pair.threshold_torque, abs(pair.detuning_hz)
 
 
 def _pairs(

@@ -183,10 +183,9 @@ def _of_others(verdict: str, found: MachinePairs | None, torque: float) -> tuple
     if found is None:
         return verdict, "other pairs than the 1:2 of the pulley mode were not looked at"
     others = (
-        (pair.longitudinal_hz, pair.threshold_torque)
+        (pair.longitudinal_hz, pair.least)
         for pair in found.pairs
-        if pair.threshold_torque is not None
-        and (pair.kind == SUM or not alike(pair.longitudinal_hz, found.pulley.frequency))
+        if pair.kind == SUM or not alike(pair.longitudinal_hz, found.pulley.frequency)
     )
     at, lowest = min((*found.together, *others), key=lambda own: own[1], default=(0.0, inf))
     if lowest == inf:
@@ -194,10 +193,8 @@ def _of_others(verdict: str, found: MachinePairs | None, torque: float) -> tuple
     words = f"from {lowest:.4g} N m of steady torque at {at:.4g} Hz on, another pair grows"
     own = RESONANT if torque >= lowest else NEAR if torque >= CLOSE_SHARE * lowest else SAFE
     if lowest == 0.0:
-        words, own = (
-            f"the longitudinal mode at {at:.4g} Hz, of another pair, is undamped: it grows in time",
-            NEAR,
-        )
+        words = f"the longitudinal mode at {at:.4g} Hz, of another pair, is undamped: it grows in time"
+        own = NEAR
     return max(verdict, own, key=(SAFE, NEAR, RESONANT).index), words
 
 
@@ -302,11 +299,6 @@ def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Rem
     return (*pretensions, *loads, _torque(model))
 
 
-def _damping_per_friction(drive: Drive, model: AutoparametricModel) -> float:
-    """c_q per viscous friction at the load pulley [1/s / (N m s)]."""
-    return (model.rims[1] / drive.load_pulley.radius) ** 2 / model.modal_mass
-
-
 def _pretension(drive: Machine, safe: Callable[[Any], bool], raised: bool, trials: int = TRIALS) -> Remedy:
     """All pretensions higher or lower, in proportion, within the elastic range of the ropes."""
     words, sign = ("raise", 1) if raised else ("lower", -1)
@@ -338,7 +330,8 @@ def _at_load(drive: Drive, model: AutoparametricModel, safe: Callable[[Drive], b
     """More inertia at the load pulley, up to its own, or friction, up to critical damping of the mode."""
     load, heavier = drive.load_pulley, key == "inertia"
     change = "add inertia" if heavier else "add damping"
-    most = REACH * load.inertia if heavier else 2.0 * model.natural / _damping_per_friction(drive, model)
+    damping = (model.rims[1] / load.radius) ** 2 / model.modal_mass  # c_q per friction of it [1/s / (N m s)]
+    most = REACH * load.inertia if heavier else 2.0 * model.natural / damping
 
     def trial(share: float) -> Drive:
         more: dict[str, Any] = {key: getattr(load, key) + share * most}

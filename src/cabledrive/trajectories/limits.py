@@ -103,7 +103,7 @@ class MoveLimits:
     ratio: float = meaning("speed of the output shaft over speed of the load, r2 / r1 [-]")
 
 
-def move_limits(drive: Drive, *, acceleration: float = inf, slack_share: float = 1.0) -> MoveLimits:
+def move_limits(drive: Drive, *, acceleration: float = inf) -> MoveLimits:
     """Limits of a drive's moves, as a rigid machine.
 
     Parameters
@@ -112,8 +112,6 @@ def move_limits(drive: Drive, *, acceleration: float = inf, slack_share: float =
         Speed and torque limit come from its motor; without one there is none.
     acceleration : float, optional
         Limit for the load pulley [rad/s^2].
-    slack_share : float, default 1.0
-        Share of the slack torque 2 r1 T0 that a move may use.
 
     Returns
     -------
@@ -129,7 +127,7 @@ def move_limits(drive: Drive, *, acceleration: float = inf, slack_share: float =
         speed=(motor.speed_limit / ratio) if motor and motor.speed_limit else inf,
         acceleration=acceleration,
         torque=motor.torque_limit if motor and motor.torque_limit else inf,
-        slack_torque=slack_share * 2.0 * first.radius * drive.cable.pretension,
+        slack_torque=2.0 * first.radius * drive.cable.pretension,
         inertia=first.inertia + (motor.inertia if motor else 0.0) + carried + load,
         load_inertia=carried + load,
         viscous_friction=first.viscous_friction

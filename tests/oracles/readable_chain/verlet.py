@@ -17,7 +17,7 @@ import numpy as np
 from cabledrive.mechanics.cable_laws import taut_law, without_pushing
 from cabledrive.simulation import channels
 from cabledrive.simulation import plan as entries
-from cabledrive.simulation.dampers import AS_STRAIGHT, UNDAMPED
+from cabledrive.simulation.damped import AS_STRAIGHT, UNDAMPED
 from cabledrive.simulation.plan import copy_state
 
 DONE, SLACK, NOT_FINITE = range(3)

@@ -30,7 +30,6 @@ def followed_picture(
     unit: str = "",
     scale: float = 1.0,
     here: float | None = None,
-    logarithmic: bool = True,
     across: bool = True,
 ) -> Markup:
     """Draw the curves of `cabledrive.studies.frequency_against`, named where they end, crossings marked.
@@ -48,8 +47,7 @@ def followed_picture(
             ends.append(_draw_across(axes, values, data, unit))
         _draw_crossings(axes, data, scale, unit)
         axes.set_xlim(values[0], values[-1])
-        if logarithmic:
-            log_axis(axes, "x", 560.0)
+        log_axis(axes, "x", 560.0)
         log_axis(axes, "y", HEIGHT - 60.0)
         axes.set(xlabel=f"{quantity} [{unit}]" if unit else quantity, ylabel="frequency [Hz]")
         if here is not None:

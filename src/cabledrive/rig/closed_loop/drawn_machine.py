@@ -24,11 +24,6 @@ _ROUND_OFF = 1e-9
 
 
 @lru_cache(maxsize=8)
-def _chain_of(machine: Machine, load: str) -> LumpedChain:
-    """The chain of an axis as its file has it."""
-    return plant_chain(as_axis(machine, load), None)
-
-
 def _more(chain: LumpedChain, usual: LumpedChain, name: str) -> list[float]:
     """What one chain has more than another, round-off left out."""
     now, before = np.array([getattr(chain, name), getattr(usual, name)])
@@ -41,7 +36,7 @@ def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
     What motors have not to give of less friction is taken from all that rubs before the load.
     """
     axis, machine = drive.axis, drive.axis.machine.machine
-    usual, gain, motors = _chain_of(machine, axis.load), abs(axis.gain), len(machine.motor)
+    usual, gain, motors = plant_chain(as_axis(machine, axis.load), None), abs(axis.gain), len(machine.motor)
     more = {name: _more(chain, usual, name) for name in ("inertias", "viscous", "coulomb")}
 
     def factor(name: str, place: int) -> float:

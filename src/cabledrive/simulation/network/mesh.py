@@ -20,7 +20,7 @@ from cabledrive.mechanics.network.rest_forces import MOST_STEPS
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import NotComputed
 from cabledrive.simulation import plan as at
-from cabledrive.simulation.dampers import eliminated
+from cabledrive.simulation.damped import eliminated
 from cabledrive.simulation.plan import Plan, kernel_number, moved_by, numbers_of_runs, rows_of_ends
 from cabledrive.simulation.start import Scheme, probed, straight
 
