@@ -7,7 +7,7 @@ import pytest
 
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
-from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, dampers, simulate
+from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, damped, simulate
 from resonance_samples import envelope
 
 DURATION = 1e-3  # s; longitudinal waves cross a span one and a half times
@@ -146,8 +146,8 @@ def test_slopes_of_a_hundredth_hardly_change_the_dampers(shape, most, damping, m
     """20 ms of 5 mm on half a metre; what the dampers take differs as little, and the budgets close alike."""
     drive = replace(PLUCKED, cable=replace(PLUCKED.cable, axial_damping=damping))
     runs = []
-    for stiffest in (dampers.STIFFEST, 0.0):
-        monkeypatch.setattr(dampers, "STIFFEST", stiffest)
+    for stiffest in (damped.STIFFEST, 0.0):
+        monkeypatch.setattr(damped, "STIFFEST", stiffest)
         run = simulate(
             drive,
             0.02,

@@ -231,7 +231,11 @@ class Finding(str):
 
     __slots__ = ("code",)
     code: str
-    message = property(str)
+
+    @property
+    def message(self) -> str:
+        """The sentence."""
+        return str(self)
 
     def __new__(cls, code: str, message: str) -> "Finding":
         """Make one."""
