@@ -216,7 +216,7 @@ _STRETCHES, _MAINLY = 0.1, 0.25
 """Share of the strain energy along ropes, and of the kinetic energy in pulleys, from which a mode is one of
 pulleys though most of its strain is across."""
 _SETTLED, _VEERS = 1e-6, 0.02
-"""Of the logarithm of the pretension, where the search ends; of that of the ratio, by which modes may veer."""
+"""Of the logarithm of the pretension, where the search ends; of that of the ratio, by which modes veer."""
 
 
 def first_modes(network: Network) -> tuple[Mode, dict[str, Mode]]:
