@@ -124,7 +124,7 @@ def _kept_state(drive: Drive, at_torque: float) -> tuple[Statics, RestState]:
         stretches, _ = at_rest(machine, Motion(machine), {0: torque})
     both = list(zip(drive.spans, stretches, strict=True))
     for span, pieces in both:
-        lowest = min((own.pull for own in pieces if not own.straight), default=1.0)
+        lowest = min((min(own.pull, own.length) for own in pieces if not own.straight), default=1.0)
         if not lowest > 0.0:
             raise NotComputed(f"no state of rest found in which the {span} span pulls: raise the pretension")
     sections = tuple(own for span, pieces in both for own in _sections(drive, span, pieces))
