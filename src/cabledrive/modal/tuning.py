@@ -16,7 +16,7 @@ file are scaled, its geometry kept, until the first mode across one span has hal
 
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from math import exp, inf, log, pi
+from math import exp, log, pi
 from typing import Any
 
 import numpy as np
@@ -283,16 +283,15 @@ def tuning_factor(drive: Machine, number: int) -> float:
             raise none
         return log(2.0 * lowest[span].frequency / pulley.frequency)
 
-    here, before = 0.0, -inf
-    while abs(off(here)) > _SETTLED:
-        if before > -inf and off(here) * off(before) < 0.0:
-            here = brentq(off, here, before, xtol=_SETTLED, rtol=_SETTLED)
-            if abs(off(here)) > _VEERS:
-                raise none
-            break
-        if before > -inf and abs(off(here)) > 0.5 * abs(off(before)):
+    before, here = 0.0, -2.0 * off(0.0)  # of a straight rope without weights the answer
+    while abs(off(here)) > _SETTLED and off(here) * off(before) > 0.0:
+        if abs(off(here)) > 0.5 * abs(off(before)):
             raise none
-        here, before = here - 2.0 * off(here), here  # of a straight rope without weights the answer
+        before, here = here, here - 2.0 * off(here)
+    if abs(off(here)) > _SETTLED:
+        here = brentq(off, here, before, xtol=_SETTLED, rtol=_SETTLED)
+        if abs(off(here)) > _VEERS:
+            raise none
     if line := next(strained(at(here)), ""):
         raise InputRefused(f"at {pretension_of(at(here), number):.4g} N {line}")
     return exp(here)

@@ -70,6 +70,8 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
         """Way of the pulley or anchor of an end of a span, (2, frames) [m]."""
         return anchors[place.anchor or 0] if place.pulley is None else pulleys[place.pulley]
 
+    places = [list(map(drawn.place, body_points(drawn.shown, i))) for i in bodies]
+    held = [drawn.place(own.at) for own in drawn.shown.anchor]
     furthest = float(np.max(np.abs(turns), initial=0.0))
     moved = max(float(np.max(np.abs(own), initial=0.0)) for own in (fields, *(one[0] for one in ways)))
     least = _DEFLECTION / _LARGEST_FACTOR / drawn.scale
@@ -87,11 +89,10 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
             """A place on the sheet after a way [m] of the frame."""
             return at[0] + pixels * float(way[0, frame]), at[1] - pixels * float(way[1, frame])
 
-        places = (map(drawn.place, body_points(drawn.shown, i)) for i in bodies)
         skeletons = [list(map(there, *own)) for own in zip(places, ways, strict=True)]
         centres = map(there, (own.centre for own in drawn.pulleys), pulleys)
         wheels = [replace(own, centre=at) for own, at in zip(drawn.pulleys, centres, strict=True)]
-        clamps = list(map(there, (drawn.place(own.at) for own in drawn.shown.anchor), anchors))
+        clamps = list(map(there, held, anchors))
         _draw_moved(one, machine, skeletons, wheels, clamps)
         _spokes(
             one, wheels, {own.joint: larger * turn for own, turn in zip(wheels, turns[frame], strict=True)}

@@ -116,7 +116,7 @@ def _against(
     key, values, count = asked
     data = frequency_against(drive, key, values, modes=count)
     first, last = (number(hertz, 3) for hertz in data["frequency"].to_numpy()[0, [0, -1]])
-    found = {"modes": data.sizes["mode"], "crossings": data.sizes["crossing"], "first": first, "last": last}
+    found = {"modes": data.sizes["mode"], "first": first, "last": last}
     return Figure(
         name=f"against-{name}",
         alt=alt.format(**found),

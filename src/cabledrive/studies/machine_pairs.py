@@ -58,7 +58,7 @@ class MachinePairs(NamedTuple):
         )
         slack = dict(self.slack)
         swings = (
-            (own or 0.0, (own or 0.0) / (slack.get(hertz) or inf), hertz) for hertz, own in self.thresholds
+            (own, own / slack[hertz], hertz) for hertz, own in self.thresholds if own and hertz in slack
         )
         strong = (
             f"thresholds are of first order in the swing of tension, {share:.0%} of it at {torque:.4g} N m "
@@ -102,8 +102,7 @@ def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     slack = [(mode.frequency, float(own)) for mode, own in zip(stretching, waves.slack_torques, strict=True)]
     together = list[tuple[float, float]]()
     for number, (hertz, most) in enumerate(slack):
-        own = (pair.threshold_torque for pair in pairs if pair.longitudinal_hz == hertz)
-        most = min(most, _APART * min((torque for torque in own if torque is not None), default=inf))
+        most = min([most, *(_APART * pair.least for pair in pairs if pair.longitudinal_hz == hertz)])
         if 0.0 < most < LARGEST and (joint := joint_threshold(waves, number, most)) < inf:
             together.append((hertz, joint))
     slack = [own for own in slack if own[1] < LARGEST]
