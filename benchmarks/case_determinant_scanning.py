@@ -60,7 +60,7 @@ def check(determinant, drive: cd.Drive, printed: bool) -> None:
 
 
 def row(name: str, drive: cd.Drive, determinant, modes: int) -> tuple:
-    listed = cd.natural_frequencies(drive, count=modes + 1)
+    listed = cd.natural_frequencies(drive, count=modes + 1, taut=True)
     top = pi * (listed[modes - 1] + listed[modes])
     points = fine_enough(listed, top)
     times = side_by_side(
@@ -98,7 +98,7 @@ def four_masses(detuning: float) -> cd.Drive:
 
 
 def found_and_missed(drive: cd.Drive) -> tuple:
-    listed = cd.natural_frequencies(drive, count=2 * FEW)
+    listed = cd.natural_frequencies(drive, count=2 * FEW, taut=True)
     apart = 1 + np.flatnonzero(np.diff(listed) > 0.02 * listed[1:])
     modes = int(apart[apart >= FEW][0])  # the limit lies between modes, not in a pair
     top = pi * (listed[modes - 1] + listed[modes])

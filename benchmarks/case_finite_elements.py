@@ -36,7 +36,7 @@ def report() -> str:
 def compared(name: str, drive: cd.Drive, modes: int):
     (labelled,) = longitudinal_chains(drive)
     ring = labelled.chain
-    exact = cd.natural_frequencies(drive, count=modes)[:modes]
+    exact = cd.natural_frequencies(drive, count=modes, taut=True)[:modes]
     shift = -0.25 * (2 * pi * exact[0]) ** 2
     meshes = {degree: fine_enough(ring, exact, degree, shift) for degree in DEGREES}
     contestants = {"cabledrive": partial(cd.natural_frequencies, drive, count=modes)}

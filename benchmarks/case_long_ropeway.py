@@ -61,7 +61,7 @@ def against_bisection() -> str:
     drive = ropeway(CARRIAGES)
     times = side_by_side(
         {
-            "cabledrive": lambda: longitudinal_modes(drive, count=MODES),
+            "cabledrive": lambda: longitudinal_modes(drive, count=MODES, taut=True),
             "bisection": lambda: bisection(drive),
         }
     )
@@ -87,7 +87,9 @@ def against_bisection() -> str:
 def growth() -> str:
     """Time per mode against the number of carriages, and its exponent."""
     drives = {size: ropeway(size) for size in SIZES}
-    times = side_by_side({str(n): lambda d=d: longitudinal_modes(d, count=MODES) for n, d in drives.items()})
+    times = side_by_side(
+        {str(n): lambda d=d: longitudinal_modes(d, count=MODES, taut=True) for n, d in drives.items()}
+    )
     per_mode = np.array([times[str(n)].median / MODES for n in SIZES])
     fit = np.polyfit(np.log(SIZES), np.log(per_mode), 1)[0]
     last = np.log(per_mode[-1] / per_mode[-3]) / np.log(SIZES[-1] / SIZES[-3])

@@ -63,12 +63,12 @@ def table_3_2(quick: bool) -> Outcome:
         drive = load_drive(f"dissertation-{number}")
         cable, across = drive.cable, modes(drive, count=1).transverse[0].frequency
         stretched = replace(drive, layout=Layout(span_length=drive.pulley_distance))
-        right = *natural_frequencies(drive, count=3), across, rigid_supports(drive)[0]
+        right = *natural_frequencies(drive, count=3, taut=True), across, rigid_supports(drive)[0]
         forces = np.array([cable.pretension, cable.axial_rigidity])
         fixed = np.sqrt(forces / cable.mass_per_length) / (2.0 * drive.span_length)
         for head, values in (
             ("table_3_2", right),
-            ("mixed", (*natural_frequencies(stretched, count=3), *fixed)),
+            ("mixed", (*natural_frequencies(stretched, count=3, taut=True), *fixed)),
         ):
             names = ("fundamental", "in_phase", "second", "transverse", "rigid")
             found |= {f"{head}_{number}_{name}": one for name, one in zip(names, values, strict=True)}
@@ -79,7 +79,7 @@ def table_3_2(quick: bool) -> Outcome:
 def determinant(number: str, quick: bool) -> Outcome:
     """Determinant of (3.13): its zero-crossings are the natural frequencies, those and no other."""
     drive = load_drive(f"dissertation-{number}")
-    certified = natural_frequencies(drive, below=RANGES["whole"][1])
+    certified = natural_frequencies(drive, below=RANGES["whole"][1], taut=True)
     panels, worst, agree = [], 0.0, True
     for words, (low, high) in RANGES.items():
         x = np.linspace(low, high, 6001)
@@ -103,7 +103,7 @@ def mode_shapes(drive: Drive, count: int = 1, points: int = 201) -> list[tuple[f
     direction (upper: drive to load, lower: load to drive).
     """
     places, found = np.linspace(0.0, drive.span_length, points), []
-    for mode in longitudinal_modes(drive, count=count)[:count]:
+    for mode in longitudinal_modes(drive, count=count, taut=True)[:count]:
         spans = {span: mode.shape(span, places)[0] for span in drive.spans}
         every = np.concatenate([*spans.values()])
         size = np.abs(every)
@@ -176,10 +176,10 @@ def midspan_crossing(drive: Drive) -> float:
     The in-phase mode carries the mass and falls with it. The crossing is found numerically; it lies at
     m = 2 J/r^2, which is 16.59 times the cable's mass for configuration 1.
     """
-    fundamental = natural_frequencies(drive, count=1)[0]
+    fundamental = natural_frequencies(drive, count=1, taut=True)[0]
 
     def above(ratio: float) -> float:  # how far the mode that carries the mass is above the other
-        pair = natural_frequencies(with_carriage(drive, ratio, drive.span_length / 2), count=2)
+        pair = natural_frequencies(with_carriage(drive, ratio, drive.span_length / 2), count=2, taut=True)
         return float(pair[:2].sum() - 2.0 * fundamental)
 
     return float(brentq(above, 0.0, 64.0, xtol=1e-12, rtol=1e-12))
@@ -190,7 +190,10 @@ def transporter(quick: bool) -> Outcome:
     drive = load_drive("dissertation-1")
     places = np.linspace(0.0, drive.span_length, 21 if quick else 81)
     hertz = np.array(
-        [[natural_frequencies(with_carriage(drive, m, x), count=1)[0] for x in places] for m in MASS_RATIOS]
+        [
+            [natural_frequencies(with_carriage(drive, m, x), count=1, taut=True)[0] for x in places]
+            for m in MASS_RATIOS
+        ]
     )
     packaged = load_drive("dissertation-transporter")
     middle = replace(packaged.carriage[0], position=packaged.span_length / 2)

@@ -29,7 +29,7 @@ def conclusions(quick: bool) -> Outcome:
     at, away = (1e3 * float(threshold_torque(autoparametric_model(drive))) for drive in (tuned, own))
     measured = distributed(load_drive("dissertation-3"))
     lumped = natural_frequencies_of(lumped_model(load_drive("dissertation-3"), 4)) / (2 * pi)
-    off = float(np.max(np.abs(lumped / natural_frequencies(measured, count=lumped.size) - 1.0)))
+    off = float(np.max(np.abs(lumped / natural_frequencies(measured, count=lumped.size, taut=True) - 1.0)))
     first, second = modes(measured, count=2).longitudinal[:2]
     flexible, rigid = (highest(law) for law in ("darc-4", "darc-3"))
     hertz, size = peak_of(dwell_spectrum(run("darc-1", 5.0, "drive"), -1))

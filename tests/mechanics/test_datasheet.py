@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from cabledrive.mechanics import derived_quantities, drive_warnings, rest_state
-from cabledrive.mechanics.datasheet import no_slip_torque
 from cabledrive.mechanics.holding import lumped_joint_mode, span_stiffness
 from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.network.span_table import span_rows
@@ -165,8 +164,13 @@ def test_sheet_and_warnings_of_any_drive_are_finite_and_plain(drive):
 @given(friction=st.floats(0.01, 1.0), angle=st.floats(0.1, 8.0))
 def test_at_the_no_slip_torque_the_tensions_stand_in_the_capstan_ratio(friction, angle):
     """T0 + d and T0 - d with r 2d = torque."""
-    half = no_slip_torque(0.04, 7.0, friction, angle) / (2.0 * 0.04)
-    assert (7.0 + half) == pytest.approx(exp(friction * angle) * (7.0 - half), rel=1e-9, abs=1e-12)
+    gripped = replace(RIG.load_pulley, capstan_friction=friction, wrap_angle=angle)
+    drive = replace(RIG, pulley=(RIG.drive_pulley, gripped))
+    half, tension = (
+        derived_quantities(drive).no_slip_torque_load / (2.0 * gripped.radius),
+        RIG.cable.pretension,
+    )
+    assert (tension + half) == pytest.approx(exp(friction * angle) * (tension - half), rel=1e-9, abs=1e-9)
 
 
 # --- First estimates of the cable's and the joint's mode, held against the measured ones

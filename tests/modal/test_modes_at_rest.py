@@ -136,6 +136,18 @@ def test_modes_at_rest_are_those_of_finite_elements_of_the_exact_cable(machines,
     assert worst < 1e-6, f"{worst:.1e}"
 
 
+@pytest.mark.parametrize("name", ["camera-line", "ropeway", "dissertation-1"])
+def test_longitudinal_frequencies_are_those_of_the_list_unless_a_straight_drive_is_asked_for(name):
+    drive = cd.load_drive(name)
+    listed = [mode.frequency for mode in cd.modes(drive, count=2).longitudinal]
+    assert_allclose(cd.natural_frequencies(drive, count=2), listed, rtol=1e-12)
+    straight = cd.natural_frequencies(drive, count=2, taut=True)
+    weightless = replace(drive, layout=replace(drive.layout, gravity=0.0))
+    if not any(not own.guided for own in drive.carriage):
+        assert_allclose(straight, cd.natural_frequencies(weightless, count=2), rtol=1e-12)
+    assert abs(straight[0] / listed[0] - 1.0) > 1e-6
+
+
 def test_steady_torque_tunes_the_two_spans_apart():
     drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
     found = cd.modes(drive, count=4, at_torque=0.05).transverse

@@ -15,7 +15,8 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.parameters.drive_file import drive_from_text, drive_text, packaged_text
 from cabledrive.parameters.keys import varied_together
-from cabledrive.parameters.route import followers, moved, posed
+from cabledrive.parameters.route import moved, posed
+from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.reduction import lumped_model, simulate_fast
 from cabledrive.trajectories import move_limits
 from command import refused
@@ -230,9 +231,9 @@ def test_a_weight_rises_by_what_its_trolley_takes(seed):
     x, height, radius = -rng.uniform(1.0, 4.0), rng.uniform(4.0, 9.0), rng.uniform(0.05, 0.4)
     y, there = rng.uniform(0.0, 1.0), -rng.uniform(0.5, 6.0)
     expected = y + rope_of(there, radius, height) - rope_of(x, radius, height)
-    found = followers(crane(x, y, radius, height), {"trolley.x": there})
-    assert set(found) == {"weight.y"}
-    assert found["weight.y"] == pytest.approx(expected, abs=1e-10)
+    found = moved(crane(x, y, radius, height), {"trolley.x": there})
+    assert place_of(found, "trolley.x") == pytest.approx(there, abs=1e-12)
+    assert place_of(found, "weight.y") == pytest.approx(expected, abs=1e-10)
 
 
 def test_what_no_motion_allows_is_refused_with_its_strain():

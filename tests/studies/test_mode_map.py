@@ -238,3 +238,18 @@ def test_the_curves_of_a_machine_with_routes_are_its_listed_modes_and_as_symmetr
     running = cd.load_drive("corexy", overrides=["route.0.speed=1"])
     with pytest.raises(cd.InputRefused, match="runs"):
         cd.frequency_against(running, "head.x", values)
+
+
+def test_curves_of_the_straight_cable_say_where_sag_moves_a_mode(measured):
+    """Where it hangs, the list of `modes` has the mode elsewhere by what the warning says."""
+    drive = cd.load_drive("camera-line")
+    tension = drive.cable.pretension
+    found = cd.frequency_against(drive, "cable.pretension", [0.8 * tension, 4.0 * tension], modes=1)
+    slackest = varied_together(drive, {"cable.pretension": 0.8 * tension})
+    hanging = cd.modes(slackest, count=1).longitudinal[0].frequency
+    moved = abs(float(found.frequency[0, 0]) / hanging - 1.0)
+    measured(f"{moved:.2g}")
+    assert f"sag moves a mode by {moved:.2g}" in found.warning
+    assert (
+        cd.frequency_against(cd.load_drive("linear-axis"), "cable.pretension", [700.0], modes=2).warning == ""
+    )

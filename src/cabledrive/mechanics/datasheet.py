@@ -18,24 +18,6 @@ from cabledrive.parameters.fields import described
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import require_two_pulleys, two_pulleys
 
-
-def no_slip_torque(radius: float, pretension: float, friction: float, wrap_angle: float) -> float:
-    r"""Largest torque a pulley of a loop transmits before the cable slips.
-
-    One span gains what the other loses, :math:`T_{tight} + T_{slack} = 2 T_0`, so that with the ratio
-    :math:`T_{tight}/T_{slack} \le e^{\mu\alpha}` of Euler and Eytelwein
-
-    .. math:: \tau = r\,(T_{tight} - T_{slack}) = 2 r T_0\,\frac{e^{\mu\alpha} - 1}{e^{\mu\alpha} + 1}
-                   = 2 r T_0 \tanh\frac{\mu\alpha}{2}
-
-    It is below the slack torque 2 r T0 at any friction: a loop slips before a span goes slack.
-
-    ``radius``: r [m]; ``pretension``: T0 [N]; ``friction``: coefficient mu between cable and pulley [-];
-    ``wrap_angle``: alpha, by which the cable wraps round the pulley [rad]. Returns torque [N m].
-    """
-    return 2.0 * radius * pretension * tanh(friction * wrap_angle / 2.0)
-
-
 CABLE, TORQUE, REST, INERTIAS = "Cable", "Torque", "At rest", "Inertias"
 MASSLESS, RESOLUTION = "Estimates with a massless cable", "Resolution"
 _WRAP = "needs a loop with pulley.{0}.wrap_angle and pulley.{0}.capstan_friction"
@@ -157,8 +139,9 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
     for pulley in drive.pulley:
         friction, wrap = pulley.capstan_friction, pulley.wrap_angle
         known = drive.kind != "line" and friction is not None and wrap is not None
-        torque = no_slip_torque(pulley.radius, cable.pretension, friction or 0.0, wrap or 0.0)
-        slips.append(torque if known else None)
+        # one span gains what the other loses, and e^(mu alpha) is their ratio at most (Euler and Eytelwein)
+        share = tanh(0.5 * (friction or 0.0) * (wrap or 0.0))
+        slips.append(2.0 * pulley.radius * cable.pretension * share if known else None)
     counts = {name: getattr(sensors, f"{name}_encoder", None) for name in ("motor", "drive", "load")}
     gear, rotor = (motor.gear_ratio, motor.rotor_inertia) if motor else (None, None)
     return DerivedQuantities(

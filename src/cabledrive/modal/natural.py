@@ -241,7 +241,7 @@ def natural_frequencies(
     count: int | None = None,
     motor: str | None = None,
     hold: Sequence[str] = (),
-    taut: bool = True,
+    taut: bool = False,
 ) -> NDArray[np.float64]:
     """Longitudinal natural frequencies of a drive, each repeated by its multiplicity.
 
@@ -254,9 +254,8 @@ def natural_frequencies(
         The first so many instead (a multiple one at the end whole); ten where neither is given.
     motor, hold : optional
         How the rotor is held, and what else, see `modes`.
-    taut : bool, default True
-        Of a loop or line that is straight under its pretension alone, without weights, as formulas have it;
-        else of the ropes that hang, as `modes` lists them.
+    taut : bool, default False
+        Of a loop or line that is straight under its pretension alone, without weights, as formulas have it.
 
     Returns
     -------
@@ -279,7 +278,7 @@ def longitudinal_modes(
     count: int | None = None,
     motor: str | None = None,
     hold: Sequence[str] = (),
-    taut: bool = True,
+    taut: bool = False,
 ) -> tuple[Mode, ...]:
     """Longitudinal modes alone, ascending, without the rigid-body mode; as `natural_frequencies`."""
     spectrum, _ = spectrum_of(drive, motor, hold, taut=taut)

@@ -120,7 +120,7 @@ def _against(
     return Figure(
         name=f"against-{name}",
         alt=alt.format(**found),
-        caption=f"{drive.name}: {caption.format(**found)}",
+        caption=" ".join((f"{drive.name}: {caption.format(**found)}", data.attrs["warning"])).strip(),
         drawing=followed_picture(f"against-{name}", data, **looks),
     )
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cabledrive.modal import Mode, natural
 from cabledrive.modal.elements import ACROSS, ALONG
+from cabledrive.modal.ranges import ALLOWED
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
@@ -83,7 +84,7 @@ class Follower:
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
             drive = self._drive_at(value)
-            modes = natural.longitudinal_modes(drive, count=count)
+            modes = natural.longitudinal_modes(drive, count=count, taut=True)
             repeats = [mode.multiplicity for mode in modes]
             frequency = np.repeat([mode.frequency for mode in modes], repeats)
             family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
@@ -314,7 +315,8 @@ def frequency_against(
         Over ``mode`` (the curves, numbered by frequency at the smallest value) and ``value``: ``frequency``
         [Hz], ``family``; over ``value``: ``lowest_transverse`` [Hz]; over ``crossing``: ``crossing_kind``
         ("crossing" or "veering"), ``crossing_value``, ``crossing_frequency`` [Hz], ``crossing_gap`` [Hz],
-        ``crossing_first`` and ``crossing_second`` (the two curves).
+        ``crossing_first`` and ``crossing_second`` (the two curves). Spans of loops and lines count as
+        straight; the attribute ``warning`` says where sag moves a mode, for the least and largest value.
 
     Raises
     ------
@@ -364,7 +366,18 @@ def frequency_against(
         "mode": np.arange(len(curves)),
         "value": ("value", ordered[place], {"units": unit, "long_name": meaning, "key": key}),
     }
-    return stamped(xr.Dataset(data, coordinates), drive, f"frequency against {key}")
+    found = stamped(xr.Dataset(data, coordinates), drive, f"frequency against {key}")
+    return found.assign_attrs(warning=_moved_by_sag(drive_at, (shown[0], shown[-1])))
+
+
+def _moved_by_sag(drive_at: Callable[[float], Machine], ends: Sequence[Station]) -> str:
+    """Why curves of straight ropes are in doubt: how far a mode lies from those of ropes that hang."""
+    for end in ends:
+        hanging = natural.natural_frequencies(drive_at(end.value), below=1.5 * float(end.frequency.max()))
+        moved = np.abs(end.frequency[:, None] / np.append(hanging, np.inf) - 1.0).min(axis=1).max()
+        if moved > ALLOWED:
+            return f"curves of the straight cable: at {end.value:.6g} sag moves a mode by {moved:.2g} of it"
+    return ""
 
 
 def _complete_path(follower: Follower, values: Array, modes: int) -> list[Station]:

@@ -4,7 +4,7 @@ from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.geometry import FreeSpan, Place
 from cabledrive.parameters.route.parts import Anchor, Body, Route, RoutedCarriage, RoutedMotor, RoutedPulley
-from cabledrive.parameters.route.strain_free import followers, moved, posed
+from cabledrive.parameters.route.strain_free import moved, posed
 
 __all__ = [
     "Anchor",
@@ -18,7 +18,6 @@ __all__ = [
     "RoutedDrive",
     "RoutedMotor",
     "RoutedPulley",
-    "followers",
     "moved",
     "posed",
 ]

@@ -139,13 +139,6 @@ def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
     )
 
 
-def followers(drive: RoutedDrive, pose: Mapping[str, float]) -> dict[str, float]:
-    """New places [m] of the bodies that follow a pose, by key, such as "counterweight.y"."""
-    slides = [f"{body.name}.{move}" for body in drive.body for move in body.moves if move != "turn"]
-    found, asked = moved(drive, pose), posed(drive, pose)
-    return {key: place_of(found, key) for key in slides if place_of(found, key) != place_of(asked, key)}
-
-
 def _followed(
     drive: RoutedDrive, asked: RoutedDrive, keys: tuple[str, ...], passed_on: Array
 ) -> RoutedDrive | None:
