@@ -16,6 +16,8 @@ KERNEL_TESTS = $(shell grep -rl "mark.kernel" tests --include="test_*.py")
 KERNEL_MODULES = $(shell grep -rlwE --include='*.py' 'njit|guvectorize' src)
 
 export MPLBACKEND := Agg
+# Modules compiled by one process serve all that follow, whatever a shell says.
+unexport PYTHONDONTWRITEBYTECODE
 # Two workers share the processor: threads of the linear algebra's own would wait for one another.
 test check mutants verify: export OPENBLAS_NUM_THREADS := 1
 
