@@ -56,6 +56,19 @@ def test_envelopes_follow_the_exact_loop(shape, sines, bound, measured):
         assert error < bound, f"{name}: envelope error {error:.2e}"
 
 
+def test_midpoints_move_along_the_cable_as_in_the_exact_loop(measured):
+    torque, recording, off = Sine(amplitude=0.01, frequency=60.0), Recording(rate=2000.0), 0.0
+    fast, exact = (own(JOINTED, 0.3, torque=torque, recording=recording) for own in (simulate_fast, simulate))
+    for name in ("u at the middle of upper", "u at the middle of lower"):
+        one, other = (
+            run.rows[:, [channel.name for channel in run.channels].index(name)] for run in (fast, exact)
+        )
+        truth = np.interp(fast.time, exact.time, other)
+        off = max(off, float(np.abs(one - truth).max() / np.abs(truth).max()))
+    measured(f"{off:.1e}")
+    assert off < 5e-3
+
+
 @pytest.mark.parametrize("drive", [DRIVE, JOINTED], ids=["loop", "motor joint"])
 def test_energy_budget_closes_with_order_two(drive, measured):
     """Halving the step divides the error of the budget by four: the splitting's own order."""

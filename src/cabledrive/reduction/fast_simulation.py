@@ -33,10 +33,11 @@ CHANNELS = channels_of(ANGLES, NAMES[:1], SPANS, points=[f"the middle of {span}"
 COLUMN = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
 
-def _rows(model: StretchModel, recorded: IntegratedMotion, torque: Array) -> Array:
+def _rows(drive: Drive, model: StretchModel, recorded: IntegratedMotion, torque: Array) -> Array:
     """Records, shape (records, columns), from the motion and the torque there [N m].
 
-    The energy of motion along the ropes counts as that of bodies.
+    The energy of motion along the ropes counts as that of bodies; half way along its spans a cable moves as in
+    the longitudinal modes, slopes apart.
     """
     (q, p), (a, b) = recorded.along.swapaxes(0, 1), recorded.across.swapaxes(0, 1)
     stretched = 0.5 * np.einsum("nbm,bm->nb", a**2, model.square)
@@ -61,6 +62,9 @@ def _rows(model: StretchModel, recorded: IntegratedMotion, torque: Array) -> Arr
         found |= {f"mean tension, {span}": tension[:, j], f"least tension, {span}": tension[:, j]}
     points = [f"{plane} at the middle of {span}" for plane in "wv" for span in SPANS]
     found |= {point: a[:, j] @ model.probes[j, :, 0] for j, point in enumerate(points[: a.shape[1]])}
+    half_turns = 0.5 * model.natural * drive.pulley_distance / drive.cable.axial_wave_speed
+    rims = 0.5 * np.array([pulley.radius for pulley in drive.pulley]) @ model.motions[:2] / np.cos(half_turns)
+    found |= {f"u at the middle of {span}": q @ rims for span in SPANS}
     rows = np.zeros((len(q), len(CHANNELS)))
     rows[:, [COLUMN[name] for name in found]] = np.column_stack(list(found.values()))
     return rows
@@ -79,7 +83,7 @@ def _result(
     which fewer were recorded where an amplitude outgrew the span. The time it took is left to the caller.
     """
     steps, step, stride = grid
-    rows = _rows(model, recorded, torque[0][: len(recorded.along)])
+    rows = _rows(drive, model, recorded, torque[0][: len(recorded.along)])
     if diverged := len(rows) < steps // stride + 1:
         steps = stride * (len(rows) - 1)
     times, length = np.arange(rows.shape[0], dtype=np.float64) * (stride * step), drive.pulley_distance
