@@ -14,6 +14,7 @@ from cabledrive.reduction.threshold import CLOSE, instability_margin
 from cabledrive.report.map_page import resonance_map_page, spot_check_line
 from cabledrive.simulation import Pluck, Recording, Scheme
 from cabledrive.simulation.signals import Sine
+from cabledrive.studies.machine_pairs import machine_pairs
 from cabledrive.studies.resonance import remedies, resonance
 from cabledrive.studies.resonance_map import growth_map, spot_checks, steady_branches
 from oracles.averaged_motion import Slow, averaged_history
@@ -76,6 +77,16 @@ def test_each_remedy_makes_the_pulley_mode_safe(name, torque, helpful):
         loaded = replace(load, **{more: getattr(load, more) + value}) if more else load
         changed = replace(drive, pulley=(drive.drive_pulley, loaded))
         assert verdict(changed if more else at_tension(drive, value)) == "safe", change
+
+
+def test_ropes_without_damping_grow_together_from_the_torque_of_ropes_with_hardly_any():
+    """Round-off is no growth: the threshold without damping is the limit of those with less and less of it."""
+    found = []
+    for damping in (0.0, 1e-4, 1e-2):
+        keys = [f"cable.transverse_damping={damping}", "cable.pretension=688", "layout.gravity=0"]
+        found.append(machine_pairs(cd.load_drive("linear-axis", overrides=keys)).together[0][1])
+    assert found[0] == pytest.approx(4.42, rel=0.01)
+    assert found[:2] == pytest.approx([found[2]] * 2, rel=1e-3)
 
 
 def test_modes_that_grow_together_make_a_loop_resonant_and_grow_in_time(measured):

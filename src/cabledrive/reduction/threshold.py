@@ -182,6 +182,8 @@ def lost_square(first: ArrayLike, second: ArrayLike, detuning: ArrayLike) -> Arr
 
 _AROUND, _MOST_TOGETHER = 0.3, 40
 """Detuning over the frequency up to which modes across are looked at together, and how many."""
+_ROUND_OFF = 1e-7
+"""Growth rate over the frequency, and share of the largest torque, that counts as none."""
 
 
 def joint_threshold(waves: Waves, number: int, most: float) -> float:
@@ -215,12 +217,13 @@ def joint_threshold(waves: Waves, number: int, most: float) -> float:
     grown = np.block([[-pump.imag, pump.real], [pump.real, pump.imag]])
 
     def grows(torque: float) -> bool:
-        return bool(np.linalg.eigvals(still + torque * grown).real.max(initial=-np.inf) > 0.0)
+        rate = np.linalg.eigvals(still + torque * grown).real.max(initial=-np.inf)
+        return bool(rate > _ROUND_OFF * natural)
 
     if not grows(most):
         return float("inf")
     low, high = 0.0, most
-    while high - low > 1e-4 * high:
+    while high - low > 1e-4 * high and high > _ROUND_OFF * most:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if grows(middle) else (middle, high)
     return high
