@@ -107,6 +107,8 @@ def route_range_warnings(network: Network) -> Iterator[str]:
     """Warnings that touch a list of a machine with routes."""
     yield from unheld_words(network.motion, network.statics)
     for number, route in enumerate(network.drive.route):
+        if not route.speed:
+            continue
         spans = [i for i, span in enumerate(network.drive.free_spans) if span.route == number]
         rope = network.drive.ropes[number]
         slowest = min(rope.wave_speed(float(network.statics.mean[i])) for i in spans)
@@ -115,7 +117,7 @@ def route_range_warnings(network: Network) -> Iterator[str]:
                 f"route {route.name} runs at {abs(route.speed):.4g} m/s, {abs(route.speed) / slowest:.0%} of "
                 f"the wave speed {slowest:.4g} m/s at which its spans lose their stiffness"
             )
-        if route.speed and network.drive.ropes[number].bending_stiffness:
+        if rope.bending_stiffness:
             most = max(bending_error(network, i) for i in spans)
             yield (
                 f"route {route.name} runs: its bending stiffness is left out, which would raise mode n of a "

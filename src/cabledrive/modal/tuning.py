@@ -222,8 +222,6 @@ _SETTLED, _VEERS = 1e-6, 0.02
 def first_modes(network: Network) -> tuple[Mode, dict[str, Mode]]:
     """The first mode in which a pulley turns and stretches ropes, and the first across each span."""
     spectrum, names = Spectrum(network_of_routes(network)), {one.name for one in network.drive.pulley}
-    found = spectrum.first({LONGITUDINAL: 10, TRANSVERSE: 10}, distinct=True)
-
     def turns(mode: Mode) -> bool:
         along = sum(own for (_, way, _), own in mode.places.items() if way == ALONG)
         own = [share for one, share in mode.kinetic_shares.items() if one in names]
@@ -231,8 +229,12 @@ def first_modes(network: Network) -> tuple[Mode, dict[str, Mode]]:
         stretches = mode.kind == LONGITUDINAL or (along > _STRETCHES and sum(own) > _MAINLY)
         return stretches and max(own, default=0.0) > _TURNING and swings <= sum(own)
 
-    modes = sorted((mode for own, _ in found.values() for mode in own), key=lambda mode: mode.frequency)
-    pulley = next(filter(turns, modes), None)
+    for count in (1, 10):
+        found = spectrum.first({LONGITUDINAL: count, TRANSVERSE: 10}, distinct=True)
+        modes = sorted((mode for own, _ in found.values() for mode in own), key=lambda mode: mode.frequency)
+        pulley = next(filter(turns, modes), None)
+        if pulley is not None and 2 * pi * pulley.frequency <= found[LONGITUDINAL][1]:
+            break
     if pulley is None:
         raise InputRefused("no pulley turns in the first longitudinal modes: there is no pulley mode to tune")
     lowest: dict[str, Mode] = {}
