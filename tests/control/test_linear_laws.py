@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from cabledrive.control import linear_laws, reference
 from cabledrive.control.law_kernels import adapt, feedback_command, reference_model_command
 from cabledrive.control.numbers import HIGH, KALMAN, LOW, ObserverNumbers
-from cabledrive.control.observers import Sampling, between_samples
+from cabledrive.control.observers import Sampling, between_samples, gathered_noise
 from cabledrive.control.reference_kernels import reference_table
 from cabledrive.reduction.lumped_chain import state_space
 from cabledrive.trajectories import pulse
@@ -189,6 +189,15 @@ def test_columns_of_a_law_that_learns_are_those_of_whole_arrays(inertias, measur
     measured(f"{gap.max():.1e} of the peak")
     assert load.columns == blocks.shape[1] == 3 * (2 * n + 1 + m)
     assert gap.max() < 1e-9
+
+
+def test_noise_of_a_mode_that_decays_far_within_a_sample_is_gathered_as_of_one_that_does_not():
+    """(1 - exp(-2 a h)) / 2a of each, apart and turned into one another, a h to 300."""
+    rates, turn = np.array([3.0, 300.0, 3e5]), np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    truth = np.diag((1.0 - np.exp(-2.0 * rates * 1e-3)) / (2.0 * rates))
+    assert gathered_noise(np.diag(-rates), np.ones(3), 1e-3) == pytest.approx(truth, rel=1e-12, abs=1e-25)
+    turned = gathered_noise(turn @ np.diag(-rates) @ turn.T, np.ones(3), 1e-3)
+    np.testing.assert_allclose(turned, turn @ truth @ turn.T, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("late", "rate"), [(0.0, 0.0), (0.3, 0.0), (0.3, 4000.0), (0.0, 4000.0)])

@@ -19,6 +19,7 @@ from cabledrive.rig.margins import (
     rounding_part,
     sampled_controller,
     sampled_plant,
+    settled_covariance,
     torque_parts,
 )
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
@@ -130,6 +131,18 @@ def test_the_gain_margin_is_the_factor_at_which_the_loop_becomes_unstable(name, 
 def test_a_loop_that_does_not_settle_has_no_margin():
     found = margins_of(loop_at("pd", 300.0))
     assert (found.disk, found.gain, found.phase, found.ripple) == (0.0, 1.0, 0.0, np.inf)
+
+
+def test_what_a_system_of_unlike_states_gathers_is_that_of_its_modes():
+    """Modes within 1e-6 of instability, states of 1 and of 1e7: a sum over powers of each mode."""
+    rng = np.random.default_rng(4)
+    rates = np.array([0.5, 0.9, 1.0 - 1e-3, 1.0 - 1e-6])
+    shapes = np.diag([1.0, 1e3, 1e5, 1e7]) @ np.linalg.qr(rng.normal(size=(4, 4)))[0]
+    matrix, noise = shapes @ np.diag(rates) @ np.linalg.inv(shapes), shapes @ np.diag([1.0, 2.0, 3.0, 4.0])
+    truth = shapes @ np.diag([1.0, 4.0, 9.0, 16.0] / (1.0 - rates**2)) @ shapes.T
+    found = settled_covariance(matrix, noise @ noise.T)
+    assert found == pytest.approx(truth, rel=1e-6)
+    assert np.linalg.eigvalsh(found).min() > 0.0
 
 
 @pytest.mark.parametrize(

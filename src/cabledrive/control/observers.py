@@ -29,7 +29,7 @@ So any law of position takes the sum, and the difference keeps the flanks closed
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import exp, isfinite, pi, tanh
+from math import ceil, exp, isfinite, log2, pi, tanh
 from typing import NamedTuple
 
 import numpy as np
@@ -161,12 +161,19 @@ def between_samples(system: Array, column: Array, sampling: Sampling) -> tuple[A
 
 
 def gathered_noise(system: Array, density: Array, interval: float) -> Array:
-    """Covariance gathered over one sample from densities of the rates, by Van Loan's block exponential."""
-    size = system.shape[0]
+    """Covariance gathered over one sample from densities of the rates.
+
+    By Van Loan's block exponential over a part in which no mode decays far, doubled until it is the sample.
+    """
+    size, fastest = system.shape[0], np.abs(np.linalg.eigvals(system)).max(initial=0.0)
+    doublings = ceil(log2(max(1.0, fastest * interval)))
     block = np.zeros((2 * size, 2 * size))
     block[:size, :size], block[:size, size:], block[size:, size:] = -system, np.diag(density), system.T
-    power = expm(block * interval)
-    noise = power[size:, size:].T @ power[:size, size:]
+    power = expm(block * (interval / 2**doublings))
+    step = power[size:, size:].T
+    noise = step @ power[:size, size:]
+    for _ in range(doublings):
+        noise, step = noise + step @ noise @ step.T, step @ step
     return 0.5 * (noise + noise.T)
 
 

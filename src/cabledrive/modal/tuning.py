@@ -222,6 +222,7 @@ _SETTLED, _VEERS = 1e-6, 0.02
 def first_modes(network: Network) -> tuple[Mode, dict[str, Mode]]:
     """The first mode in which a pulley turns and stretches ropes, and the first across each span."""
     spectrum, names = Spectrum(network_of_routes(network)), {one.name for one in network.drive.pulley}
+
     def turns(mode: Mode) -> bool:
         along = sum(own for (_, way, _), own in mode.places.items() if way == ALONG)
         own = [share for one, share in mode.kinetic_shares.items() if one in names]

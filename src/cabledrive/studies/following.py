@@ -343,7 +343,8 @@ def frequency_against(
     shown = [stations[float(value)] for value in ordered]
     ranks = [np.sum(s.frequency < s.frequency[:, None] * (1 - 1e-9), axis=1) for s in shown]
     curves = np.flatnonzero(np.min(ranks, axis=0) < modes).tolist()
-    transverse = [natural.modes(drive_at(value), count=1).transverse[0].frequency for value in ordered]
+    across = [natural.modes(drive_at(value), count=1).transverse for value in ordered]
+    transverse = [own[0].frequency if own else np.nan for own in across]  # none where all is slack
     met = [m for m in crossings(follower, path) if set(m.curves) <= set(curves)]
     import xarray as xr
 

@@ -167,7 +167,7 @@ def cable_plant(
     case = case_of(
         machine,
         interval,
-        start=Start(from_equilibrium=True),
+        start=Start(from_equilibrium=True, hold="drive"),
         scheme=Scheme(
             segments=options.segments,
             slack="stop" if options.forbid_slack else "tension-only",
