@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, declared, padded
 from cabledrive.campaign.rows import plain_value
-from cabledrive.campaign.spec import CampaignSpec, settings_of
+from cabledrive.campaign.spec import GOALS, MOTION, PLANT, CampaignSpec, settings_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route.drive import Machine
@@ -370,6 +370,7 @@ KINDS = {
         | dict.fromkeys(("controller", "gains", "plant", "feedforward", "observer", "feedback"), TEXT)
         | {"encoder_phase": TEXT}
         | dict.fromkeys(("ideal_sensors", "smooth_friction", "tension_only", "no_adaptation"), FLAG),
+        spaces=(PLANT, MOTION),
     ),
     "study": Kind(
         outputs=lambda options: declared(STUDY),
@@ -377,6 +378,7 @@ KINDS = {
         one=_study,
         modules=("cabledrive.studies.study.pipeline",),
         options={"quick": FLAG},
+        spaces=(GOALS,),
         long=True,
     ),
 }
