@@ -48,7 +48,7 @@ def command(
     from cabledrive.identification.log_response import read_pair, response
     from cabledrive.identification.one_log import load_options
 
-    if is_machine(log):
+    if log.endswith(".toml") or log in packaged_drives():
         refuse_not_of("drive", "is for logs: leave it out with a drive file")
         return response_of_machine(log, input_, column, below, speed=differentiate)
     if input_ is None and column is None:
@@ -128,11 +128,6 @@ ROUND_OFF = 1e-10
 """Of a response, relative to the mean of the responses of both its coordinates to their own forces."""
 _FIRST = 1e-2
 """Lowest line, relative to the highest."""
-
-
-def is_machine(source: str) -> bool:
-    """Whether a source of `response` is a drive, by name or file, and no log."""
-    return source.endswith(".toml") or source in packaged_drives()
 
 
 def response_of_machine(
