@@ -147,7 +147,12 @@ def response_of_machine(
     motion_of = motion_of or force_on
     top = 3.0 * float(natural_frequencies(drive, count=1)[0]) if below is None else below
     frequency = top * np.geomspace(_FIRST, 1.0, LINES)
-    every = responses(drive, frequency, (force_on, motion_of))
+    with np.errstate(all="ignore"):  # far above all modes the waves of damped spans overflow
+        every = responses(drive, frequency, (force_on, motion_of))
+    if not np.isfinite(every).all():
+        raise InputRefused(
+            f"--below {top:.4g} Hz lies beyond what waves on a span are computed for: lower it"
+        )
     found = every[:, 1, 0]
     # Round-off beside what each of both coordinates moves under its own force?
     own = np.sqrt(np.abs(every[:, 0, 0] * every[:, 1, 1]))
