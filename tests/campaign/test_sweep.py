@@ -90,6 +90,7 @@ def test_a_refused_row_is_a_row_with_the_single_command_s_line(sweep):
     assert data.code.values.tolist() == [0, 2, 0]
     line = refusal("modes", "dissertation-3", "--set", "cable.pretension=-1")
     assert line == f"dissertation-3: {data.reason.values[1]}"
+    assert found["first_reason"] == data.reason.values[1]
     assert np.isnan(data.longitudinal_hz[1]).all()
     assert int(data.longitudinal_proven[1]) == -1
 
@@ -279,6 +280,7 @@ pluck = "0.1 mm"
 pluck_span = "lower idler to joint"
 """)
     assert (found["done"], found["refused"]) == (2, 0)
+    assert "first_reason" not in found
     np.testing.assert_allclose(data["midpoint_peak"], 1e-4, rtol=1e-6)
     alone = ("simulate", "capstan-arm", "--set", "pulley.joint.inertia=0.12 kg m^2", "--duration", "0.3 ms")
     torque = ("--torque-amplitude", "0.05 N m", "--torque-frequency", "40 Hz")

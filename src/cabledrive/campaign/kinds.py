@@ -156,6 +156,8 @@ def _simulate(row: Row) -> Mapping[str, Any] | Found:
 
     o = row.options
     amplitude, frequency = o.get("torque_amplitude", 0.0), o.get("torque_frequency", 0.0)
+    if ("torque_amplitude" in o) != ("torque_frequency" in o):
+        raise InputRefused("a torque needs both compute.torque_amplitude and compute.torque_frequency")
     heights = {span: o.get(f"pluck_{span}") for span in SPANS} | {o.get("pluck_span", ""): o.get("pluck")}
     shape = o.get("pluck_shape", "triangle")
     plucks = tuple(Pluck(height=h, span=span, shape=shape) for span, h in heights.items() if h)

@@ -151,7 +151,7 @@ def _charts(results: Results, columns: dict[str, NDArray[np.float64]], judged: J
 
 def _columns(results: Results) -> dict[str, NDArray[np.float64]]:
     """Keys and the first numbers of each output, shape (rows,) each, by name."""
-    found = {key: results.key(key) for key in results.keys}
+    found = {key: np.asarray(results.group[key][:]) for key in results.keys}
     for name, shape in results.outputs.items():
         if len(shape) > 1:
             continue

@@ -63,10 +63,6 @@ class Results:
         """SI unit of a variable; "1" of flags."""
         return str(self.group[name.partition("[")[0]].attrs.get("units", "1"))
 
-    def key(self, name: str) -> Array:
-        """Values of a key, shape (rows,), in SI."""
-        return np.asarray(self.group[name][:], dtype=float)
-
     def output(self, name: str) -> Array:
         """Values of an output such as ``longitudinal_hz[0]``, (rows,), NaN: none; others are refused."""
         found = re.fullmatch(r"(\w+)((?:\[\d{1,6}\])*)", name.replace(" ", ""))
@@ -148,7 +144,7 @@ def influence(store: str | Path, output: str, *, generator: np.random.Generator)
         seed = int(campaign["design.seed"])
         design = NamedDesign(kind=kind, rows=values.size, axes=len(names), seed=seed)
         points = design.points(0, design.rows).reshape(*values.shape, len(names))[whole]
-        effects = dict(zip(names, _summaries(elementary_effects(points, kept), generator), strict=True))
+        effects = dict(zip(names, _summaries(points, kept, generator), strict=True))
         largest = sorted(effects.items(), key=lambda item: -item[1]["mean_size"]["value"])
         return found | {"effects": dict(largest)}
     if not np.all(np.isfinite(_estimates(kept))):
@@ -196,14 +192,13 @@ def _estimates(groups: Array) -> Array:
     return np.array([first, total])
 
 
-def elementary_effects(points: Array, values: Array) -> Array:
-    """Change of the output per whole interval of each key, (N, k), from points, (N, k + 1, k), and values."""
+def _summaries(points: Array, values: Array, generator: np.random.Generator) -> Iterator[dict[str, Any]]:
+    """Mean size with its interval, mean and deviation of each key's effects, per whole interval.
+
+    ``points``, (N, k + 1, k), of the paths and ``values``, (N, k + 1), of the output.
+    """
     steps, changes = np.diff(points, axis=1), np.diff(values, axis=1)
-    return np.asarray(np.sum(steps * changes[:, :, None], axis=1) / MORRIS_STEP**2)
-
-
-def _summaries(effects: Array, generator: np.random.Generator) -> Iterator[dict[str, Any]]:
-    """Mean size with its interval, mean and standard deviation of each column, per whole interval."""
+    effects = np.sum(steps * changes[:, :, None], axis=1) / MORRIS_STEP**2
     size = np.abs(effects)
     low, high = _interval(size, lambda rows: np.asarray(rows.mean(axis=0)), generator)
     columns = (size.mean(axis=0), low, high, effects.mean(axis=0), effects.std(axis=0, ddof=1))
@@ -299,7 +294,7 @@ def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> d
     kind, axes = results.attributes["campaign"]["design.kind"], len(results.attributes["axes"])
     drawn = 2.0 / (axes + 2) if kind == "saltelli" else 1.0  # the rows of a group repeat two points
     hold, miss, tail = drawn * held.sum(), drawn * np.sum(~held), 0.5 * (1.0 - CONFIDENCE)
-    columns = {key: results.key(key)[done] for key in results.keys}
+    columns = {key: np.asarray(results.group[key][:])[done] for key in results.keys}
     keys = {
         key: _key_tolerance(values, held, results.unit(key), target)
         for key, values in columns.items()

@@ -13,7 +13,7 @@ from cabledrive.parameters import InputRefused
 
 METHOD = "each row by its number alone; chunks of rows written whole, their status last"
 
-SWEPT = Keys("count: rows done refused failed number: seconds setup_seconds text: engine store")
+SWEPT = Keys("count: rows done refused failed number: seconds setup_seconds text: engine store first_reason?")
 
 
 def part_of(text: str) -> tuple[int, int]:
@@ -58,11 +58,13 @@ def command(
     )
     names = ("rows", "done", "refused", "failed", "seconds", "setup_seconds", "engine")
     data = {name: getattr(found, name) for name in names} | {"store": str(output)}
+    data |= {"first_reason": found.first_reason} if found.first_reason else {}
     left = found.rows - found.done
     lines = [
         f"{output}: {found.done} of {found.rows} rows, {found.refused} refused, {found.failed} not completed",
         f"{found.seconds:.3g} s on {found.engine}, and {found.setup_seconds:.3g} s before",
     ]
+    lines += [f"the first without a result: {found.first_reason}"] if found.first_reason else []
     lines += [f"{left} rows are left to other parts"] if left else []
     return Answer(data=data, text="\n".join(lines), provenance=provenance(method=METHOD))
 
