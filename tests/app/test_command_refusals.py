@@ -34,6 +34,7 @@ FILES = {
     "hours.toml": "[motion]\npulses = 3000\n",
     "other.toml": "[cable]\n",
     "report.html": "mine",
+    "shock.toml": 'shock_torque = "0.1 N m"\nshock_time = ["1 s", "4.2 s"]\n',
     "results.json": "{}",
 }
 D2, D3, MAP = "dissertation-2", "dissertation-3", "map corexy --vary"
@@ -75,6 +76,7 @@ ROWS = {
         (f"compare {D3} --draws 0 -o out", "draws = 0", "1"),
         (f"compare {D3} --goal -1 -o out", "goal = -1", "above 0"),
         (f"compare {D3} --disturbances absent.toml -o out", "absent.toml"),
+        (f"compare {D3} --disturbances shock.toml -o out", "shock_time up to 4.2 s", "ends at 4 s"),
     ],
     "logs": [
         ("identify log.csv --config narrow.toml", "bandwidth = 1e-09 Hz", "1.999 s"),
@@ -95,6 +97,7 @@ ROWS = {
         (f"{RESPONSE} torque", '"torque"', "time, torque, angle"),
         ('response log.csv --input torque --response "torque [N m]"', '"torque"', "time, torque, angle"),
         ("response printer-idlers --response tail", '"tail"', "head.x"),
+        ("response corexy --below 1e9", "1e+09 Hz", "lower it"),
         ("camera a.avi -o c.csv --scale 0", "scale = 0 m"),
         ("camera a.avi --scale 1mm --known-pixels 3 -o a.csv", "--known-pixels", "--scale"),
     ],

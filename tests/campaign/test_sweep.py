@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.stats import beta
 
 import cabledrive as cd
 from cabledrive.campaign.design import NamedDesign
@@ -89,6 +90,7 @@ def test_a_refused_row_is_a_row_with_the_single_command_s_line(sweep):
     assert data.code.values.tolist() == [0, 2, 0]
     line = refusal("modes", "dissertation-3", "--set", "cable.pretension=-1")
     assert line == f"dissertation-3: {data.reason.values[1]}"
+    assert found["first_reason"] == data.reason.values[1]
     assert np.isnan(data.longitudinal_hz[1]).all()
     assert int(data.longitudinal_proven[1]) == -1
 
@@ -144,6 +146,7 @@ HEAD = 'drive = "dissertation-3"\n'
 VARY = '[vary]\n"cable.pretension" = { from = "3 N", to = "9 N" }\n'
 DESIGN = '[design]\nkind = "sobol"\nrows = 8\n'
 COMPUTE = '[compute]\nwhat = "modes"\n'
+FOLLOWS = '"pulley.1.radius" = { same_as = "cable.pretension", factor = 0.01 }\n'
 
 
 @pytest.mark.parametrize(
@@ -163,6 +166,9 @@ COMPUTE = '[compute]\nwhat = "modes"\n'
         (HEAD + VARY + DESIGN.replace("sobol", "grid").replace("rows = 8", "") + COMPUTE, ["n", "grid"]),
         (HEAD + VARY + DESIGN.replace("= 8", "= 20000000") + COMPUTE, ["20000000", "--yes"]),
         (HEAD + VARY + '[design]\nkind = "saltelli"\nrows = 8\n' + COMPUTE, ["base", "3"]),
+        (HEAD + VARY + FOLLOWS + DESIGN + COMPUTE, ["pulley.1.radius", "in N", "same unit"]),
+        (HEAD + VARY.replace('"ca', '"plant.ca') + DESIGN + COMPUTE, ["plant.cable.pretension", "modes"]),
+        (HEAD + "[motion]\npulses = 2\n" + VARY + DESIGN + COMPUTE, ["motion", "modes"]),
     ],
 )
 def test_a_spec_that_cannot_be_meant_is_refused_in_a_line_and_nothing_is_written(
@@ -274,6 +280,7 @@ pluck = "0.1 mm"
 pluck_span = "lower idler to joint"
 """)
     assert (found["done"], found["refused"]) == (2, 0)
+    assert "first_reason" not in found
     np.testing.assert_allclose(data["midpoint_peak"], 1e-4, rtol=1e-6)
     alone = ("simulate", "capstan-arm", "--set", "pulley.joint.inertia=0.12 kg m^2", "--duration", "0.3 ms")
     torque = ("--torque-amplitude", "0.05 N m", "--torque-frequency", "40 Hz")
@@ -408,6 +415,41 @@ def test_yield_and_tolerance_of_a_limit_on_one_key(tmp_path):
     assert found["keys"]["own.idle"]["tightened"] is None
     slope = found["keys"]["own.x"]["gain_per_high"]
     assert slope == pytest.approx(found["yield"] / 8.0, rel=0.1), "(Y - 0) times the density 1/8"
+
+
+def yield_over(tmp_path, design):
+    """Yield of y = x^2 + a number from 0 to 6 below 40 over a design, in which ``own.idle`` has no effect."""
+    text = 'drive = "dissertation-3"\n[vary]\n"own.x" = { from = 0, to = 8, n = 12 }\n'
+    text += f'"own.idle" = {{ from = 0, to = 1, n = 10 }}\n[design]\n{design}\n'
+    store = swept(tmp_path, text, computation=Dangerous(folder=str(tmp_path))).store
+    return store, answer("tolerance", str(store), "--goal", "square < 40")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_key_without_effect_is_not_to_be_tightened(seed, tmp_path):
+    """Of 120 rows three quarters hold: in short intervals of any key all hold by chance alone."""
+    _, found = yield_over(tmp_path, f'kind = "random"\nrows = 120\nseed = {seed}')
+    assert 0.6 < found["yield"] < 0.9
+    assert 5.0 < found["keys"]["own.x"]["tightened"]["high"] < np.sqrt(40.0)
+    assert found["keys"]["own.idle"]["tightened"] is None
+
+
+def test_the_share_of_a_grid_has_no_interval_and_equal_values_stay_together(tmp_path):
+    store, found = yield_over(tmp_path, 'kind = "grid"')
+    assert found["yield_low"] is found["yield_high"] is None
+    assert "grid" in found["yield_low_reason"]
+    tight = found["keys"]["own.x"]["tightened"]
+    assert tight["rows"] == 10 * np.sum(np.linspace(0.0, 8.0, 12) <= tight["high"]), "whole values"
+    assert "no interval" in run("tolerance", str(store), "--goal", "square < 17").stdout
+    assert "nan" in refusal("tolerance", str(store), "--goal", "square < nan")
+
+
+def test_groups_of_saltelli_count_as_two_points_each(tmp_path):
+    """Rows of a group repeat the values of its two points: of four, as many as two."""
+    _, found = yield_over(tmp_path, 'kind = "saltelli"\nbase = 64')
+    held, rows = found["held"] / 2, found["rows"] / 2
+    exact = beta.ppf([0.025, 0.975], [held, held + 1], [rows - held + 1, rows - held])
+    assert [found["yield_low"], found["yield_high"]] == pytest.approx(exact)
 
 
 def test_the_page_of_a_campaign_needs_nothing_else_and_gives_the_worst_machines_with_their_files(tmp_path):

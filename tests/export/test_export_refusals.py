@@ -80,11 +80,11 @@ REASON = "the log contradicts the assumptions: the angles lag the torque by 2 ms
 def study(tmp_path):
     """A study's folder whose verdict is unknown, made by hand."""
 
-    def written(verdict):
+    def written(verdict, **more):
         folder = tmp_path / "study"
         folder.mkdir()
         data = controller_numbers(loop_of("pd"), DRIVE, "motor")
-        data |= {"study": {"verdict": verdict, "reason": REASON}}
+        data |= {"study": {"verdict": verdict, "reason": REASON, **more}}
         (folder / "controller.json").write_text(json.dumps(data))
         cd.save_drive(DRIVE, str(folder / "drive.toml"))
         return folder
@@ -97,6 +97,14 @@ def test_the_law_of_a_study_without_yes_is_refused_with_the_reason(study, tmp_pa
     assert asked.exit_code == 2
     assert "lag the torque by 2 ms" in asked.output
     assert "--anyway" in asked.output
+    assert not (tmp_path / "firmware").exists()
+
+
+def test_a_law_that_misses_the_goal_with_the_gain_that_is_exported_is_refused(study, tmp_path):
+    tried = {"draws": 400, "misses": 6, "holds": False}
+    asked = call("export", study("yes", as_written=tried), "--format", "c99", "-o", tmp_path / "firmware")
+    assert asked.exit_code == 2
+    assert "misses the goal on 6 of 400 lumped plants" in asked.output
     assert not (tmp_path / "firmware").exists()
 
 

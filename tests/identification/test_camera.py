@@ -107,6 +107,7 @@ def test_a_clip_without_a_marker_is_refused_in_one_line():
     rng = np.random.default_rng(2)
     frames = [25 + 8 * rng.normal(size=(60, 80)) for _ in range(20)]
     refused(lambda: track_marker(clip_of(frames, RATE)), "no marker")
+    refused(lambda: track_marker(clip_of(frames, RATE), region=(500, 600, 0, 9)), "8 by 8 pixels")
 
 
 def test_a_video_file_and_a_folder_of_pictures_are_the_same_clip(clip, tmp_path):

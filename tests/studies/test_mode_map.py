@@ -135,6 +135,16 @@ def test_zones_name_ropes_and_places_and_reach_as_far_as_the_order():
     assert sixth.clear == ()
 
 
+def test_an_order_whose_frequency_per_speed_changes_over_the_map_is_refused():
+    """A line of a camera on two winches runs the faster for a metre sideways the lower the camera hangs."""
+    winches, drum = cd.load_drive("camera-winches"), Order(name="drum", pulley="left winch")
+    speed = ("camera.x", 0.5, 2.0)
+    near = excitation(Grid(winches, {"camera.x": [21.5, 22.5]}), [drum], speed)
+    assert near.orders["drum"] == pytest.approx(1.0 / (2 * math.pi * 0.1), rel=0.01)
+    with pytest.raises(cd.InputRefused, match=r"order drum: 1\.58\d* to 1\.7\d* Hz"):
+        excitation(Grid(winches, {"camera.x": [8.0, 22.0]}), [drum], speed)
+
+
 # --- Modes followed from pose to pose: through a crossing, a veering, and where no step is small enough
 KEYS = (("left", "w", -1, 1), ("right", "w", -1, 1), ("right", "w", -1, 2))
 

@@ -11,7 +11,7 @@ from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import InputRefused, load_drive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import model_quality
-from cabledrive.report.study.results import results_of
+from cabledrive.report.study.results import controller_numbers, results_of
 from cabledrive.rig import Motion, track
 from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.experiment import experiment
@@ -127,6 +127,15 @@ def test_a_result_survives_its_plain_data_and_its_file_has_its_quantiles(studies
     assert said["quantile_95_error"] == peaks[int(np.ceil(0.95 * found.runs.draws - 1e-9)) - 1]
     again = revived(StudyResult, as_plain(replace(found, goals=Goals())))
     assert again == replace(found, goals=Goals())
+
+
+def test_the_law_as_its_file_holds_it_is_run_on_the_plants_of_the_acceptance(studies):
+    """With the filter's last gain from the first sample on: what `export` writes, and `track FOLDER` runs."""
+    found = studies(CASES[0])
+    tried, draws = controller_numbers(found)["study"]["as_written"], found.runs.draws
+    assert tried == {"draws": found.goals.draws, "misses": 0, "holds": True}
+    tight = replace(found, goals=replace(found.goals, error=0.2 * found.runs.peaks[draws // 2], draws=60))
+    assert controller_numbers(tight)["study"]["as_written"] == {"draws": 60, "misses": 60, "holds": False}
 
 
 @pytest.mark.verify

@@ -33,17 +33,11 @@ def declared(
     table: Mapping[str, tuple[str, str]], dims: tuple[str, ...] = (), shape: tuple[int, ...] = ()
 ) -> tuple[Output, ...]:
     """Outputs from unit, or "flag" or "text", and meaning by name; all of the same dimensions."""
-    return tuple(
-        Output(
-            name=name,
-            unit="" if unit in (FLAG, TEXT) else unit,
-            meaning=meaning,
-            dims=dims,
-            shape=shape,
-            kind=unit if unit in (FLAG, TEXT) else NUMBER,
-        )
-        for name, (unit, meaning) in table.items()
-    )
+    found = []
+    for name, (unit, words) in table.items():
+        unit, kind = ("", unit) if unit in (FLAG, TEXT) else (unit, NUMBER)
+        found.append(Output(name=name, unit=unit, meaning=words, dims=dims, shape=shape, kind=kind))
+    return tuple(found)
 
 
 @described
@@ -70,23 +64,15 @@ class Found:
 
 
 class Computation(Protocol):
-    """What a campaign asks of a computation; any object with these will do that another process can import.
-
-    Attributes
-    ----------
-    identity : str
-        Distinguishes it from other computations; a store keeps it.
-    outputs : tuple of Output
-        Variables that it fills.
-    """
+    """What a campaign asks of a computation; any object that another process can import will do."""
 
     @property
     def identity(self) -> str:
-        """The same text, the same results."""
+        """Distinguishes it from other computations: the same text, the same results. A store keeps it."""
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Variables of the store."""
+        """Variables of the store that it fills."""
 
     def one(self, row: Row) -> "Mapping[str, Any] | Found":
         """Compute one row.
@@ -117,6 +103,7 @@ class Kind:
     options: dict[str, str]  # unit of each option, as `values_of` takes it
     modules: tuple[str, ...]  # imported when a row is computed, beside those loaded with the SPEC
     required: tuple[str, ...] = ()  # options without a default
+    spaces: tuple[str, ...] = ()  # of keys beside the drive file's and its own options that it reads
     long: bool = False  # a row takes longer than a chunk should: no row is tried to find that out
 
     @property

@@ -20,15 +20,7 @@ MORRIS_LEVELS, MORRIS_STEP = 4, 0.5
 
 
 class Design(Protocol):
-    """What a campaign asks of a design; any object with these three will do.
-
-    Attributes
-    ----------
-    rows : int
-        Number of rows.
-    identity : str
-        Distinguishes it from other designs: the same text, the same points. A store keeps it.
-    """
+    """What a campaign asks of a design; any object with these three will do."""
 
     @property
     def rows(self) -> int:
@@ -36,7 +28,7 @@ class Design(Protocol):
 
     @property
     def identity(self) -> str:
-        """The same text, the same points."""
+        """Distinguishes it from other designs: the same text, the same points. A store keeps it."""
 
     def points(self, first: int, last: int) -> Array:
         """Points of some rows, the same however the rows are divided among workers.
@@ -114,14 +106,9 @@ def _sequence(design: NamedDesign, first: int, last: int) -> Array:
         return np.asarray(sequence.random(last - first))
 
 
-def _hypercube(design: NamedDesign, first: int, last: int) -> Array:
-    """One point in each of as many slices of every axis as there are rows."""
-    return _whole_hypercube(design.rows, design.axes, design.seed)[first:last]
-
-
 @cache
-def _whole_hypercube(rows: int, axes: int, seed: int) -> Array:
-    """The whole table, which each process makes once."""
+def _hypercube(rows: int, axes: int, seed: int) -> Array:
+    """One point in each of as many slices of every axis as there are rows; each process makes it once."""
     from scipy.stats import qmc
 
     return np.asarray(qmc.LatinHypercube(axes, rng=np.random.default_rng(seed)).random(rows))
@@ -159,7 +146,7 @@ POINTS = {
     "grid": _grid,
     "sobol": _sequence,
     "halton": _sequence,
-    "lhs": _hypercube,
+    "lhs": lambda made, first, last: _hypercube(made.rows, made.axes, made.seed)[first:last],
     "random": _random,
     "list": _list,
     "saltelli": _saltelli,

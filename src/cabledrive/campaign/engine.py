@@ -21,7 +21,9 @@ from threading import Thread
 from typing import Any
 from unittest.mock import patch
 
-from cabledrive.campaign.rows import Chunk, compute_rows, joined, lost_row
+import numpy as np
+
+from cabledrive.campaign.rows import Chunk, compute_rows, lost_row
 from cabledrive.campaign.spec import CampaignSpec
 from cabledrive.campaign.store import EXTRA, write_chunk
 from cabledrive.parameters import InputRefused, NotComputed
@@ -250,7 +252,9 @@ def do_alone(number: int, plan: Plan) -> Counts:
             if chunk is not None:
                 break
         rows.append(lost_row(plan.spec, row, _how(status)) if chunk is None else chunk)
-    return write_chunk(plan.store, first, joined(rows))
+    return write_chunk(
+        plan.store, first, {name: np.concatenate([one[name] for one in rows]) for name in rows[0]}
+    )
 
 
 def _alone(spec: CampaignSpec, name: str, task: Callable[..., Any], *given: Any) -> tuple[Any, int]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, declared, padded
 from cabledrive.campaign.rows import plain_value
-from cabledrive.campaign.spec import CampaignSpec, settings_of
+from cabledrive.campaign.spec import GOALS, MOTION, PLANT, CampaignSpec, settings_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route.drive import Machine
@@ -156,6 +156,8 @@ def _simulate(row: Row) -> Mapping[str, Any] | Found:
 
     o = row.options
     amplitude, frequency = o.get("torque_amplitude", 0.0), o.get("torque_frequency", 0.0)
+    if ("torque_amplitude" in o) != ("torque_frequency" in o):
+        raise InputRefused("a torque needs both compute.torque_amplitude and compute.torque_frequency")
     heights = {span: o.get(f"pluck_{span}") for span in SPANS} | {o.get("pluck_span", ""): o.get("pluck")}
     shape = o.get("pluck_shape", "triangle")
     plucks = tuple(Pluck(height=h, span=span, shape=shape) for span, h in heights.items() if h)
@@ -370,6 +372,7 @@ KINDS = {
         | dict.fromkeys(("controller", "gains", "plant", "feedforward", "observer", "feedback"), TEXT)
         | {"encoder_phase": TEXT}
         | dict.fromkeys(("ideal_sensors", "smooth_friction", "tension_only", "no_adaptation"), FLAG),
+        spaces=(PLANT, MOTION),
     ),
     "study": Kind(
         outputs=lambda options: declared(STUDY),
@@ -377,6 +380,7 @@ KINDS = {
         one=_study,
         modules=("cabledrive.studies.study.pipeline",),
         options={"quick": FLAG},
+        spaces=(GOALS,),
         long=True,
     ),
 }

@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from cabledrive.campaign.results import FEWEST_ROWS, Results, open_results, tolerance
+from cabledrive.campaign.results import FEWEST_ROWS, Results, open_results, tolerance, yield_interval
 from cabledrive.campaign.rows import WORDS
 from cabledrive.campaign.spec import DRIVE, settings_of
 from cabledrive.parameters import InputRefused, drive_text
@@ -91,15 +91,8 @@ def _yield(judged: Judged, counts: Mapping[str, int]) -> Iterator[Block]:
     goals = Markup(" and ").join(Markup("<code>{}</code>").format(goal.text) for goal in judged["goals"])
     yield Paragraph(
         text=Markup(
-            "{:.2f} % of {} rows hold {} (95 % interval {:.2f} to {:.2f} %). Rows that were refused or not "
-            "completed count as misses."
-        ).format(
-            100 * judged["yield"],
-            judged["rows"],
-            goals,
-            100 * judged["yield_low"],
-            100 * judged["yield_high"],
-        )
+            "{:.2f} % of {} rows hold {} ({}). Rows that were refused or not completed count as misses."
+        ).format(100 * judged["yield"], judged["rows"], goals, yield_interval(judged))
     )
     rows = [
         (
@@ -158,7 +151,7 @@ def _charts(results: Results, columns: dict[str, NDArray[np.float64]], judged: J
 
 def _columns(results: Results) -> dict[str, NDArray[np.float64]]:
     """Keys and the first numbers of each output, shape (rows,) each, by name."""
-    found = {key: results.key(key) for key in results.keys}
+    found = {key: np.asarray(results.group[key][:]) for key in results.keys}
     for name, shape in results.outputs.items():
         if len(shape) > 1:
             continue

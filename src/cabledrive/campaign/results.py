@@ -17,7 +17,9 @@ out whole.
 
 import re
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -60,10 +62,6 @@ class Results:
     def unit(self, name: str) -> str:
         """SI unit of a variable; "1" of flags."""
         return str(self.group[name.partition("[")[0]].attrs.get("units", "1"))
-
-    def key(self, name: str) -> Array:
-        """Values of a key, shape (rows,), in SI."""
-        return np.asarray(self.group[name][:], dtype=float)
 
     def output(self, name: str) -> Array:
         """Values of an output such as ``longitudinal_hz[0]``, (rows,), NaN: none; others are refused."""
@@ -146,7 +144,7 @@ def influence(store: str | Path, output: str, *, generator: np.random.Generator)
         seed = int(campaign["design.seed"])
         design = NamedDesign(kind=kind, rows=values.size, axes=len(names), seed=seed)
         points = design.points(0, design.rows).reshape(*values.shape, len(names))[whole]
-        effects = dict(zip(names, _summaries(elementary_effects(points, kept), generator), strict=True))
+        effects = dict(zip(names, _summaries(points, kept, generator), strict=True))
         largest = sorted(effects.items(), key=lambda item: -item[1]["mean_size"]["value"])
         return found | {"effects": dict(largest)}
     if not np.all(np.isfinite(_estimates(kept))):
@@ -194,14 +192,13 @@ def _estimates(groups: Array) -> Array:
     return np.array([first, total])
 
 
-def elementary_effects(points: Array, values: Array) -> Array:
-    """Change of the output per whole interval of each key, (N, k), from points, (N, k + 1, k), and values."""
+def _summaries(points: Array, values: Array, generator: np.random.Generator) -> Iterator[dict[str, Any]]:
+    """Mean size with its interval, mean and deviation of each key's effects, per whole interval.
+
+    ``points``, (N, k + 1, k), of the paths and ``values``, (N, k + 1), of the output.
+    """
     steps, changes = np.diff(points, axis=1), np.diff(values, axis=1)
-    return np.asarray(np.sum(steps * changes[:, :, None], axis=1) / MORRIS_STEP**2)
-
-
-def _summaries(effects: Array, generator: np.random.Generator) -> Iterator[dict[str, Any]]:
-    """Mean size with its interval, mean and standard deviation of each column, per whole interval."""
+    effects = np.sum(steps * changes[:, :, None], axis=1) / MORRIS_STEP**2
     size = np.abs(effects)
     low, high = _interval(size, lambda rows: np.asarray(rows.mean(axis=0)), generator)
     columns = (size.mean(axis=0), low, high, effects.mean(axis=0), effects.std(axis=0, ddof=1))
@@ -213,6 +210,10 @@ Flags = NDArray[np.bool_]
 
 BINS = 20
 """Equal counts of rows along a key."""
+BY_CHANCE = 0.05
+"""Chance that a key which does not bear on the yield is given an interval."""
+CHOSEN = ("grid", "morris")
+NO_SAMPLE = "no interval: the points of a grid or of morris are chosen, no sample of what is varied"
 FEWEST_ROWS = 100
 _GOAL = re.compile(r"\s*([\w\[\]]+)\s*(<=|>=|<|>)\s*(.+?)\s*")
 
@@ -248,17 +249,20 @@ def goal_of(text: str, results: Results) -> LimitOf:
 
 def _in_unit(text: str, unit: str) -> float:
     """A limit in the unit of its output, which may be deg or mm; a bare number is taken to be in it."""
-    try:
-        return float(text)
-    except ValueError:
-        return to_si(text, unit) / to_si(f"1 {unit}", unit)
+    with suppress(ValueError):
+        if isfinite(number := float(text)):
+            return number
+    return to_si(text, unit) / to_si(f"1 {unit}", unit)
 
 
 YIELD = Keys(
     "number: target yield yield_low yield_high count: rows held refused failed rows: "
     "goals{text: goal output number: limit} map: missed keys{text: unit number: low high share_at_low "
     "share_at_high gain_per_low gain_per_high object: tightened{number: low high share count: rows}}",
-    {"tightened": "no interval of this key alone reaches the target"},
+    {
+        "tightened": "no interval of this key alone reaches the target by more than chance",
+        **dict.fromkeys(("yield_low", "yield_high"), NO_SAMPLE),
+    },
 )
 
 
@@ -271,7 +275,7 @@ def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> d
     ``tightened``, the widest interval of it alone in which the yield reaches the target, or None. Refused: a
     goal that is not understood, no goal, fewer than 100 rows done.
     """
-    from scipy.stats import binomtest
+    from scipy.stats import beta
 
     results = open_results(store)
     if not goals:
@@ -287,8 +291,10 @@ def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> d
     fine = results.code[done] == 0
     each = [limit.holds(results)[done] & fine for limit in limits]
     held = np.all(each, axis=0)
-    interval = binomtest(int(held.sum()), held.size).proportion_ci(CONFIDENCE, "exact")
-    columns = {key: results.key(key)[done] for key in results.keys}
+    kind, axes = results.attributes["campaign"]["design.kind"], len(results.attributes["axes"])
+    drawn = 2.0 / (axes + 2) if kind == "saltelli" else 1.0  # the rows of a group repeat two points
+    hold, miss, tail = drawn * held.sum(), drawn * np.sum(~held), 0.5 * (1.0 - CONFIDENCE)
+    columns = {key: np.asarray(results.group[key][:])[done] for key in results.keys}
     keys = {
         key: _key_tolerance(values, held, results.unit(key), target)
         for key, values in columns.items()
@@ -303,14 +309,22 @@ def tolerance(store: str | Path, goals: list[str], *, target: float = 0.99) -> d
         "goals": limits,
         "target": target,
         "yield": float(held.mean()),
-        "yield_low": float(interval.low),
-        "yield_high": float(interval.high),
+        "yield_low": None if kind in CHOSEN else float(np.nan_to_num(beta.ppf(tail, hold, miss + 1.0))),
+        "yield_high": None
+        if kind in CHOSEN
+        else float(np.nan_to_num(beta.ppf(1.0 - tail, hold + 1.0, miss), nan=1.0)),
         "keys": {key: keys[key] for key in sorted(keys, key=gain, reverse=True)},
         "rows": int(held.size),
         "held": int(held.sum()),
         **{name: results.counts[name] for name in ("refused", "failed")},
         "missed": {one.text: int(np.count_nonzero(fine & ~ok)) for one, ok in zip(limits, each, strict=True)},
     }
+
+
+def yield_interval(found: dict[str, Any]) -> str:
+    """The interval of a yield in words, or why there is none."""
+    low, high = found["yield_low"], found["yield_high"]
+    return NO_SAMPLE if low is None else f"95 % interval {100 * low:.2f} to {100 * high:.2f} %"
 
 
 def _key_tolerance(values: Array, held: Flags, unit: str, target: float) -> dict[str, Any]:
@@ -321,7 +335,9 @@ def _key_tolerance(values: Array, held: Flags, unit: str, target: float) -> dict
     """
     order = np.argsort(values, kind="stable")
     x, good = values[order], held[order].astype(float)
-    parts = np.array_split(np.arange(x.size), min(BINS, x.size // 5))
+    bins = min(BINS, x.size // 5)
+    starts = np.unique(np.searchsorted(x, x[np.arange(bins) * x.size // bins]))  # equal values together
+    parts = np.split(np.arange(x.size), starts[1:])
     shares = np.array([good[part].mean() for part in parts])
     whole = float(good.mean())
 
@@ -342,12 +358,20 @@ def _key_tolerance(values: Array, held: Flags, unit: str, target: float) -> dict
 
 
 def _widest(x: Array, good: Array, parts: list[NDArray[np.intp]], target: float) -> dict[str, Any] | None:
-    """The widest run of parts whose yield reaches the target: its ends, its yield, the rows inside."""
-    best: dict[str, Any] | None = None
-    for first in range(len(parts)):
-        for last in range(first, len(parts)):
-            a, b = int(parts[first][0]), int(parts[last][-1])
-            share = float(good[a : b + 1].mean())
-            if share >= target and (best is None or x[b] - x[a] > best["high"] - best["low"]):
-                best = {"low": float(x[a]), "high": float(x[b]), "share": share, "rows": b - a + 1}
-    return best
+    """The widest run of parts whose yield reaches the target by more than chance: ends, yield, rows inside.
+
+    Chance is that of so few misses in an interval over which the misses of all rows are spread evenly.
+    """
+    from scipy.stats import hypergeom
+
+    runs = [(int(one[0]), int(other[-1]) + 1) for i, one in enumerate(parts) for other in parts[i:]]
+    first, last = np.array(runs).T
+    rows, before = last - first, np.concatenate(([0.0], np.cumsum(good)))
+    held = before[last] - before[first]
+    chance = hypergeom.cdf(rows - held, x.size, x.size - before[-1], rows)
+    enough = (held / rows >= target) & ((chance <= BY_CHANCE / len(runs)) | (rows == x.size))
+    if not enough.any():
+        return None
+    best = int(np.argmax(np.where(enough, x[last - 1] - x[first], -1.0)))
+    low, high = float(x[first[best]]), float(x[last[best] - 1])
+    return {"low": low, "high": high, "share": float(held[best] / rows[best]), "rows": int(rows[best])}

@@ -1,7 +1,7 @@
 """The rows of a chunk: values of the keys, status, reason, seed and time of each, and the outputs."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -96,11 +96,6 @@ def lost_row(spec: CampaignSpec, row: int, why: str) -> Chunk:
     *_, chunk = _begun(spec, row, row + 1)
     chunk["code"][0], chunk["reason"][0] = FAILED, LOST.format(why=why)
     return chunk
-
-
-def joined(chunks: Sequence[Chunk]) -> Chunk:
-    """Rows of several chunks as one."""
-    return {name: np.concatenate([one[name] for one in chunks]) for name in chunks[0]}
 
 
 def _one(spec: CampaignSpec, values: Mapping[str, Any], seed: int) -> tuple[Mapping[str, Any], int, str]:

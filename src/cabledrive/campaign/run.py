@@ -43,6 +43,7 @@ class SweepResult(Result):
     done: int = meaning("rows with a status")
     refused: int = meaning("of these refused")
     failed: int = meaning("of these not completed")
+    first_reason: str = meaning("why the first of these has no result; empty where all have one")
     seconds: float = meaning("from the first chunk handed out to the last mark [s]")
     setup_seconds: float = meaning("before that [s]")
     store: Path = meaning("folder of the store")

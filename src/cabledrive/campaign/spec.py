@@ -148,6 +148,10 @@ def spec_of(
     varied = varied_keys(vary, unit, folder)
     if not varied:
         raise InputRefused("vary is empty: name at least one key and its values")
+    unused = {PLANT, MOTION, GOALS, OWN} - {*kind.spaces} if kind else ()
+    for key in (*varied, *content):
+        if key.partition(".")[0] in unused:
+            raise InputRefused(f"{key} does not bear on compute.what = {made.identity}: leave it out")
     for name in kind.required if kind else ():
         if name not in options and f"compute.{name}" not in varied:
             raise InputRefused(f"compute.{name} is missing: {made.identity} needs it; add it to [compute]")

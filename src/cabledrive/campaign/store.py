@@ -243,6 +243,9 @@ def write_chunk(path: Path, first: int, chunk: Chunk) -> dict[str, int]:
     return counts(status)
 
 
-def status_counts(path: Path) -> dict[str, int]:
-    """Rows done, refused and failed so far."""
-    return counts(open_arrays(path)[STATUS][:])
+def status_counts(path: Path) -> dict[str, Any]:
+    """Rows done, refused and failed so far, and why the first of these has no result."""
+    arrays = open_arrays(path)
+    code = arrays[STATUS][:]
+    bad = np.flatnonzero(code > 0)
+    return counts(code) | {"first_reason": str(arrays["reason"][bad[0]]) if bad.size else ""}

@@ -250,6 +250,9 @@ def axes_of(varied: Mapping[str, Varied]) -> tuple[Axis, ...]:
     for name, members in groups.items():
         spreads = {}
         for key, one in members.items():
+            if one.spread is None and one.unit != (other := varied[one.group].unit):
+                said = f"in {other or 'words'}, and this key in {one.unit or 'words'}"
+                raise InputRefused(f"vary.{key}.same_as: {one.group} is {said}: name a key of the same unit")
             followed = varied[one.group].spread if one.spread is None else one.spread
             assert followed is not None
             spreads[key] = followed if one.spread else replace(followed, factor=one.said["factor"])

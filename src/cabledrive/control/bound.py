@@ -232,9 +232,3 @@ def ideal_loop(law: LawNumbers, chain: LumpedChain, interval: float) -> IdealLoo
     matrix[k:, k:] = a
     matrix[k:] += b @ row
     return IdealLoop(matrix=matrix, push=np.concatenate((np.zeros(k), b[:, 0])), load=k + n - 1)
-
-
-def believed_range(law: LawNumbers, estimates: Array, deviations: Array) -> Array:
-    """By how much each estimate may be off, shape (samples, p); ``estimates``, ``deviations``: the same."""
-    low, high = law.learning[LOW], law.learning[HIGH]
-    return np.minimum(np.maximum(high - estimates, estimates - low), DEVIATIONS * deviations)

@@ -182,6 +182,7 @@ def _of_law(
 ) -> Block:
     """A block in which a law's numbers stand, its controller or its plant."""
     law, drive = source.law, source.drive
+    caution = "" if what == "plant" else source.caution.replace("*/", "* /").replace("/*", "/ *")
     return Block(
         what=what,
         drive=drive.name if drive is not None else "drive",
@@ -189,7 +190,7 @@ def _of_law(
         f"{law.name if what == 'controller' else what}",
         interval=law.sample_time,
         program=program,
-        words=words | {"law": law, "caution": "" if what == "plant" else source.c_caution},
+        words=words | {"law": law, "caution": " ".join(caution.split())},
         variables=[*variables],
         notes=[*source.notes, *([] if what == "controller" else [NOTE])],
     )

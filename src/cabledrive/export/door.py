@@ -166,6 +166,5 @@ def write_folder(place: Path, files: Files) -> None:
         if place.exists():
             place.rmdir()
         part.rename(place)
-    except BaseException:
+    finally:
         shutil.rmtree(part, ignore_errors=True)
-        raise

@@ -90,7 +90,7 @@ def _sampled(clip: Clip, count: int = SAMPLED) -> list[tuple[int, Array]]:
     kept: list[tuple[int, Array]] = []
     every = 1
     for number, (place, frame) in enumerate(clip.frames()):
-        count = min(count, max(4, MOST_PIXELS // frame.size))
+        count = min(count, max(4, MOST_PIXELS // max(1, frame.size)))
         if number % every == 0:
             kept.append((place, frame))
             if len(kept) == 2 * count:

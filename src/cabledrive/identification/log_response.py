@@ -64,7 +64,6 @@ def response(
     input: str,
     output: str,
     *,
-    columns: ColumnMap | None = None,
     segment: float = 1.0,
     overlap: float | None = None,
     estimator: str = "H1",
@@ -81,8 +80,6 @@ def response(
         A path may name plain columns of the file as input and output, too.
     input, output : str
         Channels, as "torque" and "angle".
-    columns : ColumnMap, optional
-        Which columns of a file hold which channel; recognised by their heads unless given.
     segment : float, default 1.0
         Length of the Hann windows [s].
     overlap : float, optional
@@ -115,7 +112,7 @@ def response(
     if not abs(offset) <= LARGEST:
         raise InputRefused(f"--offset = {offset:.4g} N m must lie within {LARGEST:g} N m: correct it")
     if not isinstance(log, Log):
-        log, input, output = read_pair(log, columns or ColumnMap(), input, output)
+        log, input, output = read_pair(log, ColumnMap(), input, output)
     source, target = log.channel(input), speed_of(log, output) if differentiate else log.channel(output)
     if coulomb is not None:
         source = compensated_torque(source, speed_of(log, output), coulomb, offset)

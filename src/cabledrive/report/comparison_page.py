@@ -1,6 +1,5 @@
 """The page of a comparison of controllers: which law, at what price, on which plants."""
 
-from datetime import datetime
 from typing import Any
 
 from cabledrive.answers.figures import number, percent
@@ -13,7 +12,7 @@ from cabledrive.studies.controller_comparison import Comparison
 METHOD = "one tuning procedure for all laws, then the same drawn plants, with encoders, filter and delay"
 
 
-def comparison_html(drive: Drive, found: Comparison, written_at: datetime | None = None) -> str:
+def comparison_html(drive: Drive, found: Comparison) -> str:
     """The page of a comparison; HTML that needs no other file."""
     said = found.summary
     chapter = Chapter(
@@ -25,7 +24,7 @@ def comparison_html(drive: Drive, found: Comparison, written_at: datetime | None
     )
     title = f"{drive.name}: {said['best'] or 'no law'}"
     hashes = ((drive.name, content_hash(drive)),)
-    return page_of(title, "Controllers compared", (chapter,), hashes, written_at)
+    return page_of(title, "Controllers compared", (chapter,), hashes)
 
 
 def _headline(said: dict[str, Any]) -> str:

@@ -1,7 +1,6 @@
 """Maps as interactive pages that need no other file: of natural frequencies, of the internal resonance."""
 
 import json
-from datetime import datetime
 from importlib import resources
 from typing import TYPE_CHECKING
 
@@ -32,19 +31,14 @@ MOST_CURVES = 7
 MOST_BRANCHES = 10
 
 
-def map_html(
-    drive: Machine,
-    found: "xr.Dataset",
-    excited: Campbell | None = None,
-    written_at: datetime | None = None,
-) -> str:
+def map_html(drive: Machine, found: "xr.Dataset", excited: Campbell | None = None) -> str:
     """The page of a map; HTML that needs no other file."""
     blocks: list[Block] = [_notes(found), *([_field(found)] if len(plane_of(found)) > 1 else ())]
     blocks += [_curves(found), *(_excited(excited) if excited is not None else ())]
     chapter = Chapter("Natural frequencies", "map", tuple(blocks), methods=(METHOD,))
     subtitle = "Natural frequencies over " + ", ".join(str(dim) for dim in found["certified"].dims)
     hashes = ((drive.name, content_hash(drive)),)
-    return page_of(drive.title or drive.name, subtitle, (chapter,), hashes, written_at)
+    return page_of(drive.title or drive.name, subtitle, (chapter,), hashes)
 
 
 def _notes(found: "xr.Dataset") -> Note:

@@ -1,7 +1,6 @@
 """One page for a printer: shaper, spectrum and sweep of each axis, belt against belt, computed peaks."""
 
 from dataclasses import replace
-from datetime import datetime
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
@@ -29,14 +28,14 @@ METHOD = (
 )
 
 
-def printer_html(found: Printer, machine: Machine | None = None, written_at: datetime | None = None) -> str:
+def printer_html(found: Printer, machine: Machine | None = None) -> str:
     """The page of a printer; ``machine``: whose computed frequencies stand beside the measured peaks."""
     chapters = [_axis_chapter(axis, found, machine) for axis in found.axes]
     if found.belts is not None:
         chapters.append(_belts_chapter(found.belts))
     hashes = () if machine is None else ((machine.name, content_hash(machine)),)
     title = "Printer" if machine is None else machine.title or machine.name
-    return page_of(title, "Input shapers, belts and resonances", chapters, hashes, written_at)
+    return page_of(title, "Input shapers, belts and resonances", chapters, hashes)
 
 
 def _axis_chapter(axis: PrinterShaper, found: Printer, machine: Machine | None) -> Chapter:

@@ -149,7 +149,9 @@ def check_learning(loop: Loop, believed: LumpedChain, states: Array, log: Array)
     spread = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
     estimates = kept[:, :p]
     missing = np.abs(torque - states @ law.rows[0, k : k + 2 * n]).T
-    height = np.sum(missing * theory.believed_range(law, estimates, spread), axis=1)
+    low, high = law.learning[[numbers.LOW, numbers.HIGH]]
+    off = np.minimum(np.maximum(high - estimates, estimates - low), theory.DEVIATIONS * spread)
+    height = np.sum(missing * off, axis=1)
     height += motor_disturbance(believed, wanted, interval)
     error = log[:, : 2 * n] - wanted - np.einsum("j,jki->ki", true, states)
     found = _held(loop, [whole], wanted[:, n - 1], height, error)

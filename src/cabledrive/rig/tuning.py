@@ -82,12 +82,12 @@ class LawSetting:
         return f"{self.bandwidth:.3g} Hz" + (f", filter {self.filter}" if self.filter else "")
 
 
+Worst = Callable[[Controller], float] | None
+"""Largest error of a law over plants of the caller's, finite in a setting; None: there are none."""
+
+
 def setting_of(
-    name: str,
-    spec: DesignSpec,
-    disturbances: Disturbances,
-    worst: Callable[[Controller], float] | None = None,
-    more: str = "",
+    name: str, spec: DesignSpec, disturbances: Disturbances, worst: Worst = None, more: str = ""
 ) -> LawSetting:
     """A law `tuned` within the limits, or why it cannot be; ``more``: what ``worst`` adds to them."""
     begun = time.perf_counter()
@@ -171,15 +171,10 @@ def ripple_limit(spec: DesignSpec) -> float:
     return RIPPLE_SHARE * limit if np.isfinite(limit) else needed_torque(spec)
 
 
-def tuned(
-    name: str,
-    spec: DesignSpec,
-    disturbances: Disturbances,
-    worst: Callable[[Controller], float] | None = None,
-) -> TunedLaw:
-    """Tune a law by name on one pulse of the motion with the sensors and the filter of the options.
+def tuned(name: str, spec: DesignSpec, disturbances: Disturbances, worst: Worst = None) -> TunedLaw:
+    """Tune a law by name on one pulse of the motion, with the sensors of the options.
 
-    ``worst``: largest error of a law over the caller's plants, finite in a setting; it chooses the filter.
+    ``worst`` chooses the filter.
     """
     given, motion = spec.options, spec.motion
     options = RigOptions(
@@ -196,9 +191,7 @@ def tuned(
 
 
 @lru_cache(maxsize=64)
-def _tuned(
-    name: str, spec: DesignSpec, disturbances: Disturbances, worst: Callable[[Controller], float] | None
-) -> TunedLaw:
+def _tuned(name: str, spec: DesignSpec, disturbances: Disturbances, worst: Worst) -> TunedLaw:
     design = registry.CONTROLLERS[name]
 
     def tried(words: str, tuning: KalmanTuning | None, hertz: float) -> TunedLaw | None:

@@ -158,6 +158,11 @@ def compare(
         motion = replace(motion, payload_range=(min(low, least), max(high, most)))
     if motion.order is None:
         motion = replace(motion, order=max(needed_order(name, drive) for name in names))
+    for name in ("shock_time", "load_time"):
+        latest, end = getattr(asked, name)[1], motion.trajectory.duration
+        if latest >= end:
+            said = f"{name} up to {latest:.4g} s, and the motion ends at {end:.4g} s"
+            raise InputRefused(f"{said}: lower it, or add pulses")
     if draws < 1:
         raise InputRefused(f"draws = {draws} must be at least 1: give a number of plants")
     _ = random_from(seed)  # refuses what is no seed

@@ -8,12 +8,14 @@ poles), a rail joint once in a length. Where a coordinate moves with speed v, it
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import network_of
+from cabledrive.modal import Modes
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive_parts import Order
@@ -23,6 +25,8 @@ from cabledrive.studies.mode_map import Grid, Mode, distinct, over
 
 MARGIN = 0.05
 _STRAINED = 1e-2
+_ONE_RATE = 0.01
+"""Share by which the frequency of an order per unit speed may differ over a map."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +132,15 @@ def excitation(
         raise InputRefused("orders: name at least one, each with a name of its own")
     rates_of = {order.name: frequency_per_speed(grid.drive, order, coordinate) for order in orders}
     covered = max(rates_of.values()) * high / (1.0 - margin)
-    axes, _, points = over(grid, {"below": covered}, distinct)
+    read = partial(_modes_and_rates, orders=orders, coordinate=coordinate)
+    axes, _, points = over(grid, {"below": covered}, read)
+    for name, rate in rates_of.items():
+        there = [rate, *(point["rates"][name] for point in points if point["rates"])]
+        if max(there) - min(there) > _ONE_RATE * rate:
+            raise InputRefused(
+                f"order {name}: {min(there):.4g} to {max(there):.4g} Hz per unit speed of {coordinate} at "
+                "the poses of the map and of the file: one is needed: vary less about the file's pose"
+            )
     places = np.meshgrid(*(axis.values[0] for axis in axes), indexing="ij")[0].ravel()
     branches = tuple(_branches(points))
     met = (
@@ -150,6 +162,15 @@ def excitation(
         branches=branches,
         zones=tuple(zones),
     )
+
+
+def _modes_and_rates(
+    drive: Machine, found: Modes | None, below: float, *, orders: Sequence[Order], coordinate: str
+) -> dict[str, Any]:
+    """Distinct modes of a point, and the frequency per unit speed of every order where it has some."""
+    known = () if found is None else orders
+    rates_of = {order.name: frequency_per_speed(drive, order, coordinate) for order in known}
+    return distinct(drive, found, below) | {"rates": rates_of}
 
 
 def _branches(points: Sequence[dict[str, Any]]) -> Iterator[Branch]:

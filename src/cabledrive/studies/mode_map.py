@@ -181,7 +181,8 @@ def _point(job: tuple[Any, ...]) -> dict[str, Any]:
     drive, setting, most, motor, hold, read = job
     found, reason = None, ""
     try:
-        found = certified_modes(varied_together(drive, setting), **most, motor=motor, hold=hold)
+        drive = varied_together(drive, setting)
+        found = certified_modes(drive, **most, motor=motor, hold=hold)
     except (InputRefused, NotComputed) as failure:
         reason = str(failure)
     (limit,) = most.values()

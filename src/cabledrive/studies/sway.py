@@ -56,7 +56,7 @@ class Sway:
     """Ropes of a machine in a building that sways."""
 
     keys: tuple[str, ...]  # what is varied, the first naming the places; empty for the file's own pose
-    places: Array  # (places,): [m]; where a rope's first mode meets the building's frequency is one of them
+    places: Array  # (places,): [m]; where a rope's mode meets the building's frequency is one of them
     ropes: tuple[SwayingRope, ...]  # the one with the largest amplitude first
     # bottom, top: heights between which the building's motion grows from 0 to ``amplitude`` [m]
     bottom: float
@@ -94,11 +94,13 @@ def sway(
 
     known = [_at(posed(column), building, amplitude, (bottom, top)) for column in columns]
     for i in range(len(columns) - 1):
-        for span in np.flatnonzero((known[i][0] - building) * (known[i + 1][0] - building) < 0.0):
-            near, far, number = columns[i], columns[i + 1], int(span)
+        # Between the places the first mode meets the building, or else an odd number of higher ones do.
+        met = known[i][3] * known[i + 1][3] < 0.0
+        for span in np.flatnonzero(met.any(axis=0)):
+            near, far, which = columns[i], columns[i + 1], (int(np.argmax(met[:, span])), int(span))
 
-            def off(s: float, near: Array = near, far: Array = far, number: int = number) -> float:
-                return float(_first_hertz(posed(near + s * (far - near)))[number]) - building
+            def off(s: float, near: Array = near, far: Array = far, which: tuple[int, int] = which) -> float:
+                return float(_met(posed(near + s * (far - near)), building)[which])
 
             share = brentq(off, 0.0, 1.0, xtol=1e-9)
             columns.append(near + share * (far - near))
@@ -121,8 +123,8 @@ def _height(drive: RoutedDrive, at: Sequence[float]) -> float:
 
 def _at(
     own: RoutedDrive, building: float, amplitude: float, reach: tuple[float, float]
-) -> tuple[Array, Array, Array]:
-    """First frequencies [Hz], amplitudes and lengths [m] of all spans in a pose, shapes (spans,)."""
+) -> tuple[Array, Array, Array, Array]:
+    """First frequencies [Hz], amplitudes and lengths [m] of all spans in a pose, (spans,); `_met` of it."""
     from scipy.special import hankel1e, hankel2e
 
     tension, density, damping, length = _strings(own)
@@ -142,7 +144,8 @@ def _at(
         + second * (floor[1] * first[0] - floor[0] * first[-1])
     ) / whole
     still = floor[0] + (floor[1] - floor[0]) * share
-    return _first_hertz(own), np.abs(motion - still).max(axis=0), length
+    met = _met(own, building)
+    return met[0] + building, np.abs(motion - still).max(axis=0), length, met
 
 
 def _strings(drive: RoutedDrive) -> tuple[Array, Array, Array, Array]:
@@ -158,9 +161,16 @@ def _strings(drive: RoutedDrive) -> tuple[Array, Array, Array, Array]:
     return np.array([statics.mean - half, statics.mean + half]), density, damping, length
 
 
-def _first_hertz(drive: RoutedDrive) -> Array:
-    """First mode of every span between ends at rest [Hz], by halving, shape (spans,)."""
+def _met(drive: RoutedDrive, building: float) -> Array:
+    """What is zero where modes of spans between ends at rest meet a frequency [Hz], shape (2, spans).
+
+    By how much the first mode, found by halving, lies above it [Hz]; the determinant, of any mode.
+    """
     from scipy.special import j0, y0
+
+    def determinant(hertz: float | Array) -> Array:
+        near, far = hertz * ends
+        return np.asarray(j0(near) * y0(far) - j0(far) * y0(near))
 
     tension, density, _, length = _strings(drive)
     mean = np.sqrt(tension.mean(axis=0) / density) / (2 * length)
@@ -169,7 +179,6 @@ def _first_hertz(drive: RoutedDrive) -> Array:
     low, high = _LOWEST * mean, _HIGHEST * mean
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        near, far = middle * ends
-        before = j0(near) * y0(far) > j0(far) * y0(near)
+        before = determinant(middle) > 0.0
         low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return np.asarray(0.5 * (low + high))
+    return np.array([0.5 * (low + high) - building, determinant(building)])

@@ -181,17 +181,11 @@ def residual_vibration(shaper: InputShaper, frequency: Array, damping: Array | f
     return np.asarray(np.abs(decay @ shaper.amplitudes), dtype=float)
 
 
-def insensitive_band(
-    shaper: InputShaper, damping: float | None = None, tolerance: float = TOLERANCE
-) -> tuple[float, float] | None:
-    """Frequencies around the design between which the residual vibration stays within a tolerance [Hz].
-
-    ``damping``: ratio of the mode; default: that of the design. None: not held anywhere near the design.
-    """
-    zeta = shaper.damping if damping is None else damping
+def insensitive_band(shaper: InputShaper) -> tuple[float, float] | None:
+    """Frequencies around the design between which 5 % are left of its mode [Hz]; None: nowhere near it."""
     ratio = np.linspace(0.3, 2.0, 6801)  # steps of 0.00025 of the frequency of the design
     slack = 0.005 if "ei" in shaper.type else 0.0  # the humps of the fits exceed 5 % by about so much
-    held = residual_vibration(shaper, ratio * shaper.frequency, zeta) <= tolerance + slack
+    held = residual_vibration(shaper, ratio * shaper.frequency, shaper.damping) <= TOLERANCE + slack
     near = np.flatnonzero(held & (np.abs(ratio - 1.0) < 0.1))
     if near.size == 0:
         return None
@@ -233,18 +227,14 @@ def smoothing(
     return max(square, 0.5 * acceleration * second)
 
 
-def highest_acceleration(
-    shaper: InputShaper, corner_speed: float = CORNER_SPEED, largest: float = LARGEST_SMOOTHING
-) -> float:
-    """Largest acceleration whose smoothing stays within a bound; both deviations are linear in it.
+def highest_acceleration(shaper: InputShaper, corner_speed: float = CORNER_SPEED) -> float:
+    """Largest acceleration whose smoothing stays within 0.12 mm; both deviations are linear in it.
 
     Parameters
     ----------
     shaper : InputShaper
     corner_speed : float, default 0.005
         At which a right angle is passed [m/s].
-    largest : float, default 0.12e-3
-        Largest smoothing [m].
 
     Returns
     -------
@@ -252,8 +242,8 @@ def highest_acceleration(
         Acceleration [m/s^2]; 0 where the corner speed alone takes more than the bound.
     """
     first, later, second = _moments(shaper)
-    square = 2.0 * (largest / sqrt(2.0) - corner_speed * first) / later
-    return max(0.0, min(square, 2.0 * largest / second))
+    square = 2.0 * (LARGEST_SMOOTHING / sqrt(2.0) - corner_speed * first) / later
+    return max(0.0, min(square, 2.0 * LARGEST_SMOOTHING / second))
 
 
 def _moments(shaper: InputShaper) -> tuple[float, float, float]:

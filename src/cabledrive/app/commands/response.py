@@ -48,7 +48,7 @@ def command(
     from cabledrive.identification.log_response import read_pair, response
     from cabledrive.identification.one_log import load_options
 
-    if is_machine(log):
+    if log.endswith(".toml") or log in packaged_drives():
         refuse_not_of("drive", "is for logs: leave it out with a drive file")
         return response_of_machine(log, input_, column, below, speed=differentiate)
     if input_ is None and column is None:
@@ -130,11 +130,6 @@ _FIRST = 1e-2
 """Lowest line, relative to the highest."""
 
 
-def is_machine(source: str) -> bool:
-    """Whether a source of `response` is a drive, by name or file, and no log."""
-    return source.endswith(".toml") or source in packaged_drives()
-
-
 def response_of_machine(
     source: str, force_on: str | None, motion_of: str | None, below: float | None, *, speed: bool
 ) -> Answer:
@@ -152,7 +147,12 @@ def response_of_machine(
     motion_of = motion_of or force_on
     top = 3.0 * float(natural_frequencies(drive, count=1)[0]) if below is None else below
     frequency = top * np.geomspace(_FIRST, 1.0, LINES)
-    every = responses(drive, frequency, (force_on, motion_of))
+    with np.errstate(all="ignore"):  # far above all modes the waves of damped spans overflow
+        every = responses(drive, frequency, (force_on, motion_of))
+    if not np.isfinite(every).all():
+        raise InputRefused(
+            f"--below {top:.4g} Hz lies beyond what waves on a span are computed for: lower it"
+        )
     found = every[:, 1, 0]
     # Round-off beside what each of both coordinates moves under its own force?
     own = np.sqrt(np.abs(every[:, 0, 0] * every[:, 1, 1]))

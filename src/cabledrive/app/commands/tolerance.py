@@ -17,13 +17,12 @@ def command(
     target: float = opt(float, "Yield that is wanted.", 0.99, metavar="SHARE"),
 ) -> Answer:
     """Yield of the rows of STORE.zarr against every --goal, and the intervals of keys that would raise it."""
-    from cabledrive.campaign.results import YIELD, tolerance
+    from cabledrive.campaign.results import YIELD, tolerance, yield_interval
 
     found = tolerance(store, list(goals), target=target)
     words = " and ".join(goal.text for goal in found["goals"])
     lines = [
-        f"{100 * found['yield']:.2f} % of {found['rows']} rows hold {words} "
-        f"(95 %: {100 * found['yield_low']:.2f} to {100 * found['yield_high']:.2f} %)",
+        f"{100 * found['yield']:.2f} % of {found['rows']} rows hold {words} ({yield_interval(found)})",
         *(f"  {count} rows miss {text}" for text, count in found["missed"].items() if count),
     ]
     if found["refused"] or found["failed"]:
@@ -33,7 +32,10 @@ def command(
     for key, one in found["keys"].items():
         unit, tight = "" if one["unit"] == "1" else f" {one['unit']}", one["tightened"]
         now = f"{one['low']:.5g} to {one['high']:.5g}{unit}"
-        then = tight and f"{tight['low']:.5g} to {tight['high']:.5g}{unit}"
+        then = tight and (
+            f"{tight['low']:.5g} to {tight['high']:.5g}{unit} "
+            f"({100 * tight['share']:.4g} % of {tight['rows']} rows)"
+        )
         lines.append(f"  {key:<32} {now}: {then or 'not by this key alone'}")
     listed = [{"goal": goal.text, "output": goal.output, "limit": goal.limit} for goal in found["goals"]]
     data = YIELD(found | {"goals": listed})

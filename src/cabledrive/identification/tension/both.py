@@ -254,7 +254,7 @@ def _split(prepared: PreparedRecording, family: Family, one: TonesFit) -> TonesF
 
 
 BANDWIDTH = 40.0
-"""Of force and angle by default [Hz]."""
+"""Of the filter without phase on force and angle [Hz]."""
 MEAN_WORDS = "{0[0]:.4g} N, {0[1]:.4g} to {0[2]:.4g} N".format
 
 
@@ -275,29 +275,17 @@ class SpanTensions(Result):
     findings: tuple[str, ...] = ()
 
 
-def tensions_from_load_cell(
-    log: Log,
-    drive: Drive,
-    *,
-    force: str = "load_cell_force",
-    angle: str = "load_angle",
-    zero: float = 0.0,
-    bandwidth: float = BANDWIDTH,
-) -> SpanTensions:
+def tensions_from_load_cell(log: Log, drive: Drive, *, zero: float = 0.0) -> SpanTensions:
     """Tension of the upper and the lower span from their combined pull on the load cell.
 
     Parameters
     ----------
     log : Log
+        With "load_cell_force" or "force" [N]; without "load_angle" [rad] the pulley is taken to rest.
     drive : Drive
         Loop whose load pulley leans against the cell.
-    force, angle : str
-        Channels of the cell [N] and of the load pulley [rad]; without the angle the pulley is taken to rest.
-        The cell may be called "force" as well.
     zero : float, default 0.0
         What the cell says without cable: its zero and the weight's part [N].
-    bandwidth : float, default 40.0
-        Of the filter without phase on both channels [Hz].
 
     Returns
     -------
@@ -310,16 +298,17 @@ def tensions_from_load_cell(
     """
     if drive.kind != "loop":
         raise InputRefused(f'{drive.name}: kind = "{drive.kind}" has one span: give a loop')
-    bandwidth, h, pulley = min(bandwidth, 0.2 * log.sample_rate), log.interval, drive.load_pulley
-    force = force if force in log.channels else "force"
+    bandwidth, h, pulley = min(BANDWIDTH, 0.2 * log.sample_rate), log.interval, drive.load_pulley
+    force = "load_cell_force" if "load_cell_force" in log.channels else "force"
     pull = zero_phase(log.channel(force), h, bandwidth) - zero
     findings, speed, turning, rounding = [], np.zeros(len(log)), np.zeros(len(log)), 0.0
-    if angle in log.channels:
-        speed = zero_phase(difference(log.channel(angle), h), h, bandwidth)
+    if "load_angle" in log.channels:
+        angle = log.channel("load_angle")
+        speed = zero_phase(difference(angle, h), h, bandwidth)
         friction = pulley.viscous_friction * speed + pulley.coulomb_friction * np.sign(speed)
         turning = pulley.inertia * difference(speed, h) + friction
         # The difference of tensions from the rounding of the angle, taken for white noise.
-        density = quantum_of(log.channel(angle)) ** 2 / 12.0 * 2.0 * h
+        density = quantum_of(angle) ** 2 / 12.0 * 2.0 * h
         rounding = pulley.inertia / pulley.radius * sqrt(density * (2 * pi) ** 4 * bandwidth**5 / 5.0)
     else:
         findings.append("no angle of the load pulley: assumed at rest, equal tensions in both spans")

@@ -3,7 +3,6 @@
 import hashlib
 import json
 from dataclasses import fields
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -25,18 +24,20 @@ from cabledrive.report.page import page_of
 from cabledrive.report.study.controller import acceptance_chapter, controller_chapter
 from cabledrive.report.study.mechanics import modes_chapter, resonance_chapter
 from cabledrive.report.study.verdict import data_chapter, knowledge_chapter, verdict_chapter
+from cabledrive.rig.front_door import law_from_file
+from cabledrive.rig.laws.controller_file import controller_from, plain_numbers
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
-from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.resonance import resonance
 from cabledrive.studies.study import stage_cache
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult, ReachedError
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, ReachedError, lost, sampled_block
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageCase
 from cabledrive.studies.study.goals import Goals, error_unit, goal_of
 from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.pipeline import StudyResult
 from cabledrive.studies.study.plants import load_case
+from cabledrive.studies.study.sampled_plants import LoadLoop
 from cabledrive.studies.study.verdict_stage import Margin
 
 COUNT = 6
@@ -112,6 +113,7 @@ LOAD_KEYS, CARRIAGE_KEYS = ("plant", "inside", "reason"), ("rests", "smallest_te
 """Keys of an acceptance, and those that only loads, and only carriages, have."""
 METHOD = "study in stages, each kept by the hash of its inputs"
 FINDING = "text: id unit number: value limit flag: decides"
+FOUND = Keys("id value limit unit decides message=words", of=LogFinding)
 FOUND = Keys(
     "text: verdict headline drive drive_hash asked code sha256 texts: reasons remedies cautions map: "
     "files=text rows: candidates{text: controller setting plant reason count: runs ended_early "
@@ -240,7 +242,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             **error,
             "candidates": candidates,
             "reasons": list(verdict.reasons),
-            "findings": [_finding(one) for one in result.knowledge.findings],
+            "findings": [FOUND(one) for one in result.knowledge.findings],
             "remedies": list(verdict.remedies),
             "cautions": list(verdict.cautions),
             "margins": stage_cache.as_plain(verdict.margins),
@@ -264,12 +266,6 @@ def results_of(result: StudyResult) -> dict[str, Any]:
     )
 
 
-def _finding(found: LogFinding) -> dict[str, Any]:
-    """What a log says against the drive file."""
-    data = {name: getattr(found, name) for name in ("id", "value", "limit", "unit", "decides")}
-    return data | {"message": found.words}
-
-
 def _scored(found: AcceptanceResult) -> dict[str, Any]:
     """A law and what its runs say of it."""
     about = {"controller": found.law.controller, "setting": found.law.words, "runs": found.draws}
@@ -289,7 +285,7 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
     """The law and its filter as numbers that another program can run; none where no controller was found."""
     goals, control = result.goals, result.controller
     # Whoever exports the law sees what the study says of it.
-    said = {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
+    said: dict[str, Any] = {"verdict": result.verdict.answer, "reason": result.verdict.reasons[0]}
     chosen = result.laws.chosen
     if chosen is None:
         return None
@@ -311,7 +307,15 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
             "study": said,
         }
     case = load_case(result.known, goals, result.knowledge)
-    numbers = law_and_filter(case.loop(case.law(chosen)), result.known, case.spec.feedback)
+    made = LoadLoop(case, chosen, cable=False)
+    numbers = law_and_filter(made.loop, result.known, case.spec.feedback)
+    if (goal := goal_of(goals)) is not None:  # the acceptance ran the filter's schedule, not its last gain
+        written = controller_from(json.loads(json.dumps(numbers)), CONTROLLER)
+        made.loop = case.loop(law_from_file(written, case.spec))
+        known, draws = (dict(case.quantities), case.correlations), goals.draws
+        scores = sampled_block(made, known, goals.seed, 0, draws)
+        misses = sum(one.peak is None or one.peak > goal for one in scores)
+        said["as_written"] = {"draws": draws, "misses": misses, "holds": not lost(misses, draws, "lumped")}
     return numbers | {
         "logs": {log.name: log.sha256 for log in result.check.logs},
         "setting": chosen.words,
@@ -347,7 +351,7 @@ def finish(
     return data
 
 
-def study_html(result: StudyResult, written_at: datetime | None = None) -> str:
+def study_html(result: StudyResult) -> str:
     """The report of a study as HTML that needs no other file; the time it states is now unless given."""
     first = (verdict_chapter, data_chapter, knowledge_chapter, modes_chapter, resonance_chapter)
     made = (chapter(result) for chapter in (*first, controller_chapter, acceptance_chapter))
@@ -360,4 +364,4 @@ def study_html(result: StudyResult, written_at: datetime | None = None) -> str:
     )
     title = f"{result.drive.name}: {result.verdict.answer}"
     subtitle = result.drive.title or "A study from data sheet and logs to a controller"
-    return page_of(title, subtitle, chapters, hashes, written_at)
+    return page_of(title, subtitle, chapters, hashes)
