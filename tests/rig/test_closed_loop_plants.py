@@ -12,10 +12,9 @@ from cabledrive.parameters import load_drive
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig import Disturbance, Motion, RigOptions
-from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act
+from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act, machine_like
 from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, PairNumbers
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers, linear_step
-from cabledrive.rig.closed_loop.drawn_machine import machine_like
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.closed_loop.loop_kernels import new_plant_state, plant_step, see_chain, sense_pair
 from cabledrive.rig.front_door import own_law

@@ -36,8 +36,8 @@ COLUMN = {channel.name: number for number, channel in enumerate(CHANNELS)}
 def _rows(drive: Drive, model: StretchModel, recorded: IntegratedMotion, torque: Array) -> Array:
     """Records, shape (records, columns), from the motion and the torque there [N m].
 
-    The energy of motion along the ropes counts as that of bodies; half way along its spans a cable moves as in
-    the longitudinal modes, slopes apart.
+    The energy of motion along the ropes counts as that of bodies; along its spans a cable moves as in the
+    longitudinal modes, slopes apart.
     """
     (q, p), (a, b) = recorded.along.swapaxes(0, 1), recorded.across.swapaxes(0, 1)
     stretched = 0.5 * np.einsum("nbm,bm->nb", a**2, model.square)

@@ -163,10 +163,8 @@ class SpotCheck(NamedTuple):
     exact: float | None  # of the exact loop [-]; None where a span went slack there
 
 
-def spot_checks(
-    drive: Drive, growth: GrowthMap, rng: np.random.Generator, points: int = SPOTS
-) -> tuple[SpotCheck, ...]:
-    """Run the exact loop at random taut points of a map, most of them inside the instability region.
+def spot_checks(drive: Drive, growth: GrowthMap, rng: np.random.Generator) -> tuple[SpotCheck, ...]:
+    """Run the exact loop at `SPOTS` random taut points of a map, most of them inside the instability region.
 
     Without weight and Coulomb friction; none where spans do not vibrate in their first mode.
     """
@@ -177,8 +175,8 @@ def spot_checks(
         return ()
     shuffled = rng.permutation(taut)
     grown = growth.growth[tuple(shuffled.T)] > GROWN
-    inside = shuffled[grown][: points - points // 3]
-    chosen = np.concatenate((inside, shuffled[~grown]))[:points]
+    inside = shuffled[grown][: SPOTS - SPOTS // 3]
+    chosen = np.concatenate((inside, shuffled[~grown]))[:SPOTS]
     return tuple(_checked(drive, growth, model.natural, int(t), int(p)) for t, p in chosen)
 
 

@@ -12,7 +12,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig import setting
-from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, run_cable
+from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, machine_like, run_cable
 from cabledrive.rig.closed_loop.chain_kernels import (
     SUMMARY,
     ChainPlant,
@@ -29,7 +29,6 @@ from cabledrive.rig.closed_loop.chain_plant import (
     pair_numbers,
     pair_plant,
 )
-from cabledrive.rig.closed_loop.drawn_machine import machine_like
 from cabledrive.rig.closed_loop.loop_kernels import run_loop
 from cabledrive.rig.closed_loop.own_plant import OwnPlant, run_users, user_plant
 from cabledrive.rig.laws import controllers
