@@ -22,6 +22,7 @@ PLANES = (0, 1), (2,)
 CLOSE = {"xtol": 1e-300, "rtol": 9e-16}
 COUNTED = 24
 """Frequencies of each."""
+GAUSS = np.polynomial.legendre.leggauss(60)
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,8 @@ class Part:
 
     def chord(self):
         """From its start to its end."""
-        points, weights = np.polynomial.legendre.leggauss(60)
-        direction, _, stretch = self.at((1.0 + points) / 2.0)
-        return 0.5 * self.length * (weights * stretch) @ direction
+        direction, _, stretch = self.at((1.0 + GAUSS[0]) / 2.0)
+        return 0.5 * self.length * (GAUSS[1] * stretch) @ direction
 
 
 def catenary(rope, lengths, gravity, pull, hung, size):

@@ -5,6 +5,7 @@ that runs with speed v has the kinetic energy of (w_t + v w_x), hence a gyroscop
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.polynomial import Legendre
@@ -27,6 +28,7 @@ class String:
     taper: float = 0.0
 
 
+@cache
 def shape_functions(degree):
     """Values and slopes of the shape functions at Gauss points of [0, 1], with the weights and points."""
     x, weights = np.polynomial.legendre.leggauss(degree + 2)

@@ -21,6 +21,7 @@ local rational model, 16th IFAC Symposium on System Identification, 2012).
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from math import exp, pi
 from typing import Any
@@ -91,6 +92,7 @@ def ideal_low_pass(values: Array, interval: float, cutoff: float) -> Array:
     return np.fft.irfft(spectrum, odd.size)[: values.size] + line
 
 
+@lru_cache(maxsize=64)
 def butterworth(interval: float, cutoff: float, order: int = 4) -> Any:
     """Sections (sections, 6) of a Butterworth low-pass; the cutoff [Hz] lies below half the sample rate."""
     nyquist = 0.5 / interval

@@ -135,9 +135,13 @@ class TwoSides:
 
     def heard(self, values: Array) -> float:
         """1 where a feedback loop puts a channel's noise into the torque, coherent above the motion."""
-        both, part = (np.diff(self.torque), np.diff(values)), min(HEARD, values.size // 8)
-        frequency, shared = signal.coherence(*both, 1.0 / self.interval, nperseg=part)
-        mean = float(np.mean(np.nan_to_num(shared[frequency > 0.25 / self.interval])))
+        part, seen = min(HEARD, values.size // 8), np.lib.stride_tricks.sliding_window_view
+        parts = (seen(np.diff(own), part)[:: part - part // 2] for own in (self.torque, values))
+        window = signal.windows.hann(part, sym=False)
+        a, b = (np.fft.rfft(window * (own - own.mean(axis=1, keepdims=True))) for own in parts)
+        power, other = (np.mean(np.abs(own) ** 2, axis=0) for own in (a, b))
+        shared = np.abs(np.mean(a.conj() * b, axis=0)) ** 2 / power / other
+        mean = float(np.mean(np.nan_to_num(shared[np.fft.rfftfreq(part) > 0.25])))
         return float(mean - part / values.size > 0.01)
 
 
@@ -343,7 +347,7 @@ def _sum_columns(one: TwoSides, band: float, load: Solution | None) -> tuple[tup
     noise[0, 0], noise[1, 1] = moved[rank], one.noise(one.load, band)[rank]
     noise[2, 2] = moved[rank - 1]
     noise[-1, :3] = np.sqrt(np.diag(noise)[:3])
-    noise[-1, :3] *= np.array([one.heard(values) for values in (one.motor, one.load, one.motor)])
+    noise[-1, :3] *= np.array([one.heard(values) for values in (one.motor, one.load)])[[0, 1, 0]]
     return quick, np.column_stack(columns), noise
 
 

@@ -35,7 +35,7 @@ def njit_in_place(function: F) -> F:
 
     References to arrays are then not counted, which takes more time than the arithmetic of a short kernel.
     """
-    return _compile(function, FAST_MATH, **uncounted())
+    return _compile(function, FAST_MATH, _nrt=False)
 
 
 def njit_part(function: F) -> F:
@@ -44,7 +44,7 @@ def njit_part(function: F) -> F:
     A call passes every array of a tuple by its seven numbers, which takes longer than a short part. Python
     may call it as well.
     """
-    return _compile(function, FAST_MATH, forceinline=True, **uncounted())
+    return _compile(function, FAST_MATH, forceinline=True, _nrt=False)
 
 
 def njit_strict(function: F) -> F:
@@ -83,15 +83,6 @@ def numba_at_hand() -> bool:
 def why_plain() -> str | None:
     """Why kernels run as plain Python here, in one line; None if they are compiled."""
     return None if numba_at_hand() else "numba is not installed or is switched off"
-
-
-def uncounted() -> dict[str, bool]:
-    """Option that switches the counting of references off, where this version of numba has it."""
-    if not numba_at_hand():
-        return {}
-    from numba.core.options import DefaultOptions
-
-    return {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 
 
 def _compile(function: F, fast_math: Any, **options: Any) -> F:

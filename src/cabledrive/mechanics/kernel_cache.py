@@ -157,11 +157,9 @@ def _write(path: Path, content: bytes) -> None:
             temporary = file.name
             file.write(content)
         os.replace(temporary, path)
-        temporary = ""
     finally:
-        if temporary:
-            with suppress(OSError):
-                os.unlink(temporary)
+        with suppress(OSError):  # it is gone where all went well
+            os.unlink(temporary)
 
 
 def _sweep(folder: Path) -> None:

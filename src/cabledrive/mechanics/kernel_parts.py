@@ -4,14 +4,14 @@ numba compiles a called kernel anew for each constant among its arguments, gives
 Python, optimises it in full and makes machine code of it, although each caller holds a copy of its own. That
 is more than half of the first run of a control loop. Here a kernel that a kernel calls is a *part*: constants
 are arguments like others, and the compiler's code is linked into the kernel that Python calls, to be
-optimised and made machine code with it. Options of a kernel are hashed at each of its operations: here once.
+optimised and made machine code with it. What an operation gives for types is looked up once.
 
 numba has no public door for this. What is used of its inside is named in `INSIDE` and tried with the versions
 in `TRIED`; with any other version kernels are compiled as numba does it, with equal results, only slower.
 """
 
 import gc
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 TRIED = ("0.68",)
@@ -27,12 +27,15 @@ INSIDE = {
     ),
     "numba.core.dispatcher": ("Dispatcher.get_call_template", "Dispatcher.get_overload"),
     "numba.core.event": ("Listener", "register"),
-    "numba.core.targetconfig": ("TargetConfig.options", "TargetConfig.values"),
-    "numba.core.types": ("unliteral",),
+    "numba.core.ir": ("Inst._rec_list_vars", "Loc"),
+    "numba.core.targetconfig": ("ConfigStack.top_or_none", "TargetConfig.__eq__"),
+    "numba.core.types": ("BaseFunction.get_call_type", "BaseFunction.get_impl_key", "unliteral"),
 }
 """Names of numba's inside that are used, by module."""
 _COMPILING: list[Any] = []
 """Dispatchers that are compiling now, the outermost first."""
+_TYPED: dict[Any, Any] = {}
+"""Signatures found while the outermost of them compiles, and what implements each."""
 
 
 @cache
@@ -40,13 +43,11 @@ def why_whole() -> str | None:
     """Why kernels that kernels call are compiled whole here, in one line; None if they are parts."""
     import numba
 
+    slow = "first runs take twice as long"
     if ".".join(numba.__version__.split(".")[:2]) not in TRIED:
-        tried = ", ".join(TRIED)
-        return f"numba {numba.__version__} is none of those tried ({tried}): first runs take twice as long"
+        return f"numba {numba.__version__} is none of those tried ({', '.join(TRIED)}): {slow}"
     missing = [name for module, names in INSIDE.items() for name in names if not _is_there(module, name)]
-    return (
-        f"numba {numba.__version__} has no {missing[0]}: first runs take twice as long" if missing else None
-    )
+    return f"numba {numba.__version__} has no {missing[0]}: {slow}" if missing else None
 
 
 def as_part_of_callers(compiled: Any) -> None:
@@ -56,12 +57,8 @@ def as_part_of_callers(compiled: Any) -> None:
     from numba.core import types
 
     _link_parts()
-    kept: list[Any] = []
-
-    def part() -> Any:
-        if not kept:
-            kept.append(_part_of(compiled))
-        return kept[0]
+    _look_up_once()
+    part = cache(partial(_part_of, compiled))
 
     def get_call_template(args: Any, kws: Any) -> Any:
         named = {name: types.unliteral(one) for name, one in kws.items()}
@@ -76,9 +73,8 @@ def _part_of(compiled: Any) -> Any:
     import numba
 
     options = {name: value for name, value in compiled.targetoptions.items() if name != "nopython"}
-    part: Any = numba.njit(**options | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})(
-        compiled.py_func
-    )
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    part: Any = numba.njit(**options)(compiled.py_func)
     part.is_part = True
     return part
 
@@ -105,7 +101,7 @@ def _in_a_part() -> bool:
 @cache
 def _link_parts() -> None:
     """Let numba stop at the compiler's code where a part is compiled."""
-    from numba.core import codegen, event, targetconfig
+    from numba.core import codegen, event
 
     class Compiling(event.Listener):
         """Keeps what is compiling; meanwhile the compiler's many objects are not searched for garbage."""
@@ -120,8 +116,10 @@ def _link_parts() -> None:
 
         def on_end(self, event: Any) -> None:
             _COMPILING.pop()
-            if not _COMPILING and self.collects:
-                gc.enable()
+            if not _COMPILING:
+                _TYPED.clear()
+                if self.collects:
+                    gc.enable()
 
     class Library(codegen.JITCodeLibrary):
         """Code of a kernel; of a part only what its callers link."""
@@ -139,28 +137,39 @@ def _link_parts() -> None:
             self._finalized = True
 
     jit: Any = codegen.JITCPUCodegen
-    options: Any = targetconfig.TargetConfig
     plain = jit.set_env
 
     def set_env(self: Any, name: str, env: Any) -> None:
         if self._engine.is_symbol_defined(name):  # a part has none: it raises nothing
             plain(self, name, env)
 
-    hashes: dict[type, int] = {}
-
-    def hash_of_names(self: Any) -> int:
-        """As numba's own, of the options' names alone."""
-        kind = type(self)
-        if kind not in hashes:
-            hashes[kind] = hash(tuple(sorted(self.options)))
-        return hashes[kind]
-
-    def same_values(self: Any, other: Any) -> Any:
-        return self is other or plain_equal(self, other)
-
-    plain_equal = options.__eq__
-    options.__hash__ = hash_of_names
-    options.__eq__ = same_values
     event.register("numba:compile", Compiling())
     jit.set_env = set_env
     jit._library_class = Library
+
+
+@cache
+def _look_up_once() -> None:
+    """Keep what numba finds anew at each operation: options, variables, what a function gives for types."""
+    from numba.core import ir, targetconfig, types
+
+    names: Any = ir.Inst
+    options: Any = targetconfig.TargetConfig
+    function: Any = types.BaseFunction
+    plain_vars, plain_equal, plain_type = names._rec_list_vars, options.__eq__, function.get_call_type
+    no_variables = {ir.Loc, str, int, bool, type(None)}
+
+    def call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
+        key = self, context, tuple(args), tuple(kws.items()), targetconfig.ConfigStack.top_or_none()
+        if key not in _TYPED:
+            found = plain_type(self, context, args, kws)
+            if not _COMPILING:
+                return found
+            _TYPED[key] = found, self.get_impl_key(found)
+        found, self._impl_keys[found.args] = _TYPED[key]
+        return found
+
+    names._rec_list_vars = lambda self, value: [] if type(value) in no_variables else plain_vars(self, value)
+    options.__hash__ = lambda self: hash(type(self))
+    options.__eq__ = lambda a, b: a is b or a._values == getattr(b, "_values", None) or plain_equal(a, b)
+    function.get_call_type = call_type

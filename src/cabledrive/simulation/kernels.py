@@ -164,11 +164,8 @@ def nonlinear_energy(plan: Plan, x: Array) -> float:
     for piece in range(plan.nodes.shape[0]):
         total, rigidity = 0.0, plan.piece[piece, at.RIGIDITY]
         rigidity += 0.0 if plan.law == at.EXACT else plan.piece[piece, at.PRETENSION]
-        start, h, inverse = (
-            np.uintp(plan.nodes[piece, 0]),
-            plan.segment[at.SPACING],
-            plan.segment[at.INVERSE_SPACING],
-        )
+        h, inverse = plan.segment[at.SPACING], plan.segment[at.INVERSE_SPACING]
+        start = np.uintp(plan.nodes[piece, 0])
         for k in range(np.uintp(plan.nodes[piece, 1]) - start):
             i = start + k
             u_x, v_x, w_x = gradients(x, inverse, i)  # type: ignore[arg-type]  # unsigned

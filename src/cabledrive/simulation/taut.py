@@ -105,8 +105,7 @@ def move_run(plan: Plan, k: int, pulls: Pulls, plane: Plane, out: Out) -> tuple[
     h2, centre, reach, fall_u = 2.0 * h, run[at.CENTRE], run[at.REACH], run[at.RUN_FALL_U]
     c0, c1, c2, c3 = run[at.GAIN], run[at.GAIN + 1], run[at.GAIN + 2], run[at.GAIN + 3]
     c4, c5, c6, c7 = run[at.GAIN + 4], run[at.GAIN + 5], run[at.GAIN + 6], run[at.GAIN + 7]
-    squares = 0.0
-    outside = 0
+    outside, squares = 0, 0.0
     # Unsigned: an index that might be negative would keep the compiler from taking several nodes at once.
     one, start = np.uintp(1), np.uintp(first)
     for k in range(np.uintp(last) - start):

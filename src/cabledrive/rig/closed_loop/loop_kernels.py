@@ -19,7 +19,7 @@ from cabledrive.control.controller_kernels import (
 from cabledrive.control.numbers import LawNumbers, ObserverNumbers
 from cabledrive.control.observers import COMMANDS, preload_step
 from cabledrive.control.reference import ReferenceNumbers
-from cabledrive.mechanics.compiled import njit_in_place, njit_part, uncounted
+from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.parameters.arrays import Array
 from cabledrive.rig.closed_loop.chain_kernels import (
     DIVERGED,
@@ -212,7 +212,7 @@ def own_loop(step: Any, filtered: bool) -> tuple[Callable[..., float], Callable[
 
     options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
     asked = numba.njit(**options)(ask)
-    options |= uncounted()
+    options["_nrt"] = False
     deciding = numba.njit(forceinline=True, **options)(decide_own)
     return asked, numba.njit(**options)(loop_over(see_chain, deciding, move_chain))
 
