@@ -161,10 +161,7 @@ def between_samples(system: Array, column: Array, sampling: Sampling) -> tuple[A
 
 
 def gathered_noise(system: Array, density: Array, interval: float) -> Array:
-    """Covariance gathered over one sample from densities of the rates.
-
-    By Van Loan's block exponential over a part in which no mode decays far, doubled until it is the sample.
-    """
+    """Covariance gathered over a sample from densities of the rates, by Van Loan's exponential of a part."""
     size, fastest = system.shape[0], np.abs(np.linalg.eigvals(system)).max(initial=0.0)
     doublings = ceil(log2(max(1.0, fastest * interval)))
     block = np.zeros((2 * size, 2 * size))

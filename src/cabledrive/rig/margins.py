@@ -40,7 +40,6 @@ from cabledrive.rig.setting import DEGREE, none
 GRID = 800
 LOWEST_HZ = 0.05
 SIGMAS = 5.0
-ROUND_OFF = 1e-14
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +88,7 @@ def margins_of(loop: Loop, load: float = 1.0) -> Margins:
 def settled_covariance(transition: Array, noise: Array) -> Array:
     """Covariance that a stable system gathers of ``noise`` in every sample; sums alone, by doubled times."""
     more = spread = noise
-    while np.abs(more).max() > ROUND_OFF * np.abs(spread).max():
+    while np.abs(more).max() > np.finfo(float).eps * np.abs(spread).max():
         more = transition @ spread @ transition.T
         spread, transition = spread + more, transition @ transition
     return spread
