@@ -8,7 +8,8 @@ import pytest
 import cabledrive as cd
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig import Disturbance, Motion, RigOptions
-from cabledrive.rig.laws.registry import OPEN_LOOPS
+from cabledrive.rig.laws.controllers import DesignSpec
+from cabledrive.rig.laws.registry import CONTROLLERS, OPEN_LOOPS
 from cabledrive.rig.plant_samples import Disturbances
 from cabledrive.rig.trial import offered
 from command import answer, refusal
@@ -37,6 +38,27 @@ def test_the_load_is_that_of_the_whole_machine_on_its_magnetic_spring(measured):
     off, wave = np.abs(head - head[0] - rigged).max(), np.abs(run.error).max() * 6.366e-3
     measured(f"stepper: head within {1e6 * off:.2f} um of elements where it is {1e6 * wave:.1f} um off")
     assert off < 0.05 * wave
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_axis_without_damping_is_shaped_and_one_that_does_not_swing_is_told_so(seed):
+    """Of ten axes each; the damping ratio of a mode without any is round-off, of either sign."""
+    rng = np.random.default_rng(seed)
+    for _ in range(10):
+        stiffness, load, joint = 10.0 ** rng.uniform([3.0, -5.0, 1.0], [5.0, -3.0, 2.0])
+        drive = replace(
+            cd.load_drive("dissertation-3"),
+            lumped=None,
+            cable=cd.Cable(given_rigidity=stiffness, mass_per_length=1e-3, pretension=10.0),
+            pulley=(cd.Pulley(radius=0.05, inertia=1e-4), cd.Pulley(radius=0.05, inertia=load)),
+            motor=cd.Motor(inertia=3e-4, joint_stiffness=joint, holding_stiffness=2.0 * joint),
+        )
+        made = CONTROLLERS["stepper-shaped"](DesignSpec(drive, QUICK))
+        assert 0.0 <= made.gains["shaper_damping"] < 1e-9
+    rigid = replace(drive.motor, joint_stiffness=None, viscous_friction=1e3)
+    thick = replace(drive, cable=replace(drive.cable, axial_damping=1e4), motor=rigid)
+    with pytest.raises(cd.InputRefused, match="nothing swings"):
+        CONTROLLERS["stepper-shaped"](DesignSpec(thick, QUICK))
 
 
 def test_a_push_beyond_the_field_loses_steps():

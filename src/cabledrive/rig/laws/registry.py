@@ -60,8 +60,10 @@ def stepper(spec: DesignSpec, *, shaped: bool = False) -> Controller:
         rates = state_space(chain)[0]
         rates[n, 0] -= stiffness / chain.inertias[0]
         poles = np.linalg.eigvals(rates)
-        lowest = min(poles[poles.imag > 1e-6], key=abs)
-        made = input_shaper(SHAPER, abs(lowest) / (2.0 * pi), float(-lowest.real / abs(lowest)))
+        lowest = min(poles[poles.imag > 1e-6], key=abs, default=None)
+        if lowest is None:
+            raise InputRefused(f"{SHAPED}: with the motor held nothing swings: take {STEPPER}")
+        made = input_shaper(SHAPER, abs(lowest) / (2.0 * pi), max(0.0, float(-lowest.real / abs(lowest))))
         time = spec.interval * np.arange(spec.samples)
         parts = zip(made.amplitudes, made.times, strict=True)
         wanted, late = sum(a * np.interp(time - t, time, wanted) for a, t in parts), made.delay
@@ -159,9 +161,8 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
     n, law = chain.size, controller.law
     places = [place(chain, shaft) for shaft in controller.shafts]
     chosen = [*places, *(n + i for i in places)]
-    count = len(chosen)
     if law.kind in (DARC, BACKSTEPPING):
-        rows = fixed_row(law, count)
+        rows = fixed_row(law, len(chosen))
     elif law.kind == LINEAR and law.matrix.shape[0] == 0:
         rows = list(law.rows[0])
     else:
@@ -170,8 +171,7 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
     np.add.at(feedback, chosen, rows)
     if controller.field is not None:  # the magnetic spring of a stepper
         feedback[0] -= controller.field[0] * controller.field[1]
-    values = np.linalg.eigvals(a + np.outer(b[:, 0], feedback))
-    kept = sorted((v for v in values if v.imag >= 0.0), key=abs)
+    kept = sorted((v for v in np.linalg.eigvals(a + np.outer(b[:, 0], feedback)) if v.imag >= 0.0), key=abs)
     return tuple(
         Pole(frequency=abs(v) / (2.0 * pi), damping_ratio=float(-v.real / abs(v)) if abs(v) else 1.0)
         for v in kept
