@@ -103,13 +103,15 @@ class MoveLimits:
     ratio: float = meaning("speed of the output shaft over speed of the load, r2 / r1 [-]")
 
 
-def move_limits(drive: Drive) -> MoveLimits:
+def move_limits(drive: Drive, *, acceleration: float = inf) -> MoveLimits:
     """Limits of a drive's moves, as a rigid machine.
 
     Parameters
     ----------
     drive : Drive
-        Speed and torque limit come from its motor, without one there is none; no acceleration is too large.
+        Speed and torque limit come from its motor; without one there is none.
+    acceleration : float, optional
+        Limit for the load pulley [rad/s^2].
 
     Returns
     -------
@@ -123,7 +125,7 @@ def move_limits(drive: Drive) -> MoveLimits:
     load = second.inertia / ratio**2
     return MoveLimits(
         speed=(motor.speed_limit / ratio) if motor and motor.speed_limit else inf,
-        acceleration=inf,
+        acceleration=acceleration,
         torque=motor.torque_limit if motor and motor.torque_limit else inf,
         slack_torque=2.0 * first.radius * drive.cable.pretension,
         inertia=first.inertia + (motor.inertia if motor else 0.0) + carried + load,
