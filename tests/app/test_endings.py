@@ -40,6 +40,17 @@ def test_a_defect_is_status_1_and_named_an_interrupt_130_and_says_how_to_go_on(c
     assert all(part in line for part in words), line
 
 
+def test_an_interrupt_while_a_class_is_made_is_one(capsys):
+    """Some versions of Python hand it on as the cause of an error of theirs."""
+
+    class Interrupts:
+        def __set_name__(self, owner, name):
+            raise KeyboardInterrupt
+
+    assert status_of(lambda: type("Made", (), {"field": Interrupts()})) == 130
+    assert capsys.readouterr().err.startswith("cabledrive: interrupted; ")
+
+
 def test_reader_that_wants_no_more_is_no_failure():
     """`cabledrive modes ropeway --json | head -1` leaves the pipe full and closed."""
     for arguments in (["modes", "ropeway", "--json"], ["--help"], ["drives", "--json"]):

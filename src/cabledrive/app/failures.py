@@ -165,6 +165,8 @@ def status_of(run: Callable[[], Any]) -> int:
             return _defect(error)
         return _reported(trouble_line(error), NOT_COMPUTED)
     except Exception as defect:
+        if isinstance(defect.__cause__, KeyboardInterrupt):  # while a class was made
+            return interrupted()
         return _defect(defect)
 
 
