@@ -96,11 +96,6 @@ def pid_law(chain: LumpedChain, bandwidth: float, notch: float, interval: float)
     return linear_law(matrix, row, interval)
 
 
-def lq_torque(chain: LumpedChain, error: float, bandwidth: float) -> float:
-    r"""Torque [N m] that weighs as an error [rad], :math:`J\omega^2 e` for a bandwidth [Hz], by Bryson."""
-    return rigid_inertia(chain) * (2.0 * pi * bandwidth) ** 2 * error
-
-
 def lq_law(chain: LumpedChain, error: float, torque: float, interval: float) -> LawNumbers:
     """Linear-quadratic feedback of angles and speeds by Bryson's rule: error [rad] weighs as torque [N m]."""
     n = chain.size

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cabledrive.modal import Mode, natural
 from cabledrive.modal.elements import ACROSS, ALONG
+from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.ranges import ALLOWED
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
@@ -343,7 +344,8 @@ def frequency_against(
     shown = [stations[float(value)] for value in ordered]
     ranks = [np.sum(s.frequency < s.frequency[:, None] * (1 - 1e-9), axis=1) for s in shown]
     curves = np.flatnonzero(np.min(ranks, axis=0) < modes).tolist()
-    across = [natural.modes(drive_at(value), count=1).transverse for value in ordered]
+    spectra = (natural.spectrum_of(drive_at(value))[0] for value in ordered)
+    across = [own.first({TRANSVERSE: 1}, distinct=True)[TRANSVERSE][0] for own in spectra]
     transverse = [own[0].frequency if own else np.nan for own in across]  # none where all is slack
     met = [m for m in crossings(follower, path) if set(m.curves) <= set(curves)]
     import xarray as xr

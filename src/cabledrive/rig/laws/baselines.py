@@ -124,7 +124,7 @@ def l1(spec: DesignSpec) -> Controller:
 
 
 def rigid_bandwidth(chain: LumpedChain, error: float, torque: float) -> float:
-    """Bandwidth of the rigid machine under a quadratic cost; see `lq_torque` [Hz]."""
+    """Bandwidth of the rigid machine under a quadratic cost whose torque weighs as J w^2 times the error [Hz]."""
     return sqrt(torque / (linear_laws.rigid_inertia(chain) * error)) / (2.0 * pi)
 
 
@@ -136,7 +136,7 @@ def weights(
     settings: dict[str, Any] = {"error_weight_rad": count}
     if torque is None and spec.bandwidth is not None:
         hertz = _hertz(spec, 0.0)
-        torque = linear_laws.lq_torque(chain, count, hertz)
+        torque = linear_laws.rigid_inertia(chain) * (2.0 * pi * hertz) ** 2 * count  # by Bryson's rule
         settings["bandwidth_hz"] = hertz
     torque = LQ_TORQUE if torque is None else torque
     return count, torque, settings | {"torque_weight": torque}
