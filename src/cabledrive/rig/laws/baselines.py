@@ -124,7 +124,7 @@ def l1(spec: DesignSpec) -> Controller:
 
 
 def rigid_bandwidth(chain: LumpedChain, error: float, torque: float) -> float:
-    """Bandwidth of the rigid machine under a quadratic cost whose torque weighs as J w^2 times the error [Hz]."""
+    """Bandwidth of the rigid machine under a quadratic cost, torque weighed as J w^2 times the error [Hz]."""
     return sqrt(torque / (linear_laws.rigid_inertia(chain) * error)) / (2.0 * pi)
 
 
