@@ -88,11 +88,16 @@ def margins_of(loop: Loop, load: float = 1.0) -> Margins:
 
 def settled_covariance(transition: Array, noise: Array) -> Array:
     """Covariance that a stable system gathers of ``noise`` in every sample; sums alone, by doubled times."""
-    more = spread = noise
+    from scipy.linalg import matrix_balance, schur  # once per tuning
+
+    balanced, scale = matrix_balance(transition, permute=False)
+    power, turn = schur(balanced, output="complex")  # whose powers keep what they decay by
+    basis, inverse = scale @ turn, turn.conj().T / np.diag(scale)
+    more = spread = inverse @ noise @ inverse.conj().T
     while np.abs(more).max() > ROUND_OFF * np.abs(spread).max():
-        more = transition @ spread @ transition.T
-        spread, transition = spread + more, transition @ transition
-    return spread
+        more = power @ spread @ power.conj().T
+        spread, power = spread + more, power @ power
+    return np.asarray((basis @ spread @ basis.conj().T).real)
 
 
 def open_loop(controller: Sampled, plant: Sampled, interval: float) -> Array:
