@@ -13,7 +13,7 @@ import cabledrive as cd
 from cabledrive.modal.tuning import tuned_pretension
 from command import refused
 from drive_strategies import drives
-from network_samples import route
+from network_samples import route, routed
 
 
 def string_of_carriages(number, contrast, kind):
@@ -101,6 +101,91 @@ def test_a_slow_mode_whose_rate_drowns_in_round_off_is_right_or_refused(inertia)
     except cd.NotComputed:
         return
     assert lowest == pytest.approx(np.sqrt(spring / 3.0) / (2 * np.pi), rel=1e-6)
+
+
+@pytest.mark.parametrize("askew", [1e-9, 1e-8, 1e-6, 1e-5, 3e-5])
+def test_a_clamp_askew_to_the_rail_by_a_rounded_figure_leaves_the_travel_free(askew):
+    """A slope of 1e-4 would hold the head at some millihertz, which drowns in round-off."""
+    for name, clamp, x, y in (
+        ("printer-idlers", "left clamp", 0.18, 6.366e-3),
+        ("corexy", "head left a", 0.15, 0.194),
+    ):
+        exact, rounded = (
+            cd.modes(
+                cd.load_drive(name, overrides=[f"anchor.{clamp}.at=[{x}, {y + off!r}]"]),
+                below=200.0,
+                motor="free",
+            )
+            for off in (0.0, askew)
+        )
+        assert rounded.rigid_body_modes == exact.rigid_body_modes
+        first, second = ([m.frequency for m in own.longitudinal] for own in (exact, rounded))
+        assert second == pytest.approx(first, rel=1e-5)
+
+
+UNEVEN = """
+[cable]
+axial_rigidity = 162412
+mass_per_length = 0.151308
+pretension = 632.126
+[[body]]
+name = "arm"
+at = [0.268720681, 0.064513305]
+moves = "turn"
+pivot = [0.268720681, 0.064513305]
+inertia = 0.00122347
+stiffness = 13.5923
+[[pulley]]
+name = "crank"
+at = [0.5525, 0.0556]
+radius = 0.0840608
+inertia = 0.172
+[[pulley]]
+name = "tensioner"
+on = "arm"
+at = [0.365720681, 0.058513305]
+radius = 0.0310384
+inertia = 0.000466058
+[[pulley]]
+name = "accessory"
+at = [0, 0]
+radius = 0.0215485
+inertia = 0.000214039
+[[pulley]]
+name = "alternator"
+at = [0.1, -0.15]
+radius = 0.03
+inertia = 0.000251118
+[[route]]
+name = "belt"
+path = ["+crank", "-tensioner", "+accessory", "+alternator"]
+closed = true
+"""
+
+
+def test_a_belt_of_which_some_spans_are_straight_at_a_frequency_is_as_stable_as_at_rest():
+    """Few of its modes were listed, and more refused: its curvature was taken for stiffness far below."""
+    machine = routed(UNEVEN)
+    few, more = (cd.natural_frequencies(machine, count=count) for count in (2, 6))
+    assert more[:2] == pytest.approx(few, rel=1e-9)
+
+
+def test_modes_of_equal_spans_tied_by_hardly_anything_are_of_one_span_each():
+    """Two strands of a printer ring at one frequency: each shape of that mode is of one of them."""
+    places = [("beam left b", 0.0120001), ("beam right a", 0.4079999)]
+    machine = cd.load_drive(
+        "corexy",
+        overrides=["cable.pretension=6", *(f"pulley.{name}.at=[{x}, 0.188]" for name, x in places)],
+    )
+    double = next(
+        mode for mode in cd.modes(machine, below=80.0, motor="free").modes if mode.multiplicity == 2
+    )
+    spans = {"front right a to beam right a", "front left b to beam left b"}
+    assert {one.span for one in double.single} == spans
+    for one in double.single:
+        assert one.strain_by_span[one.span, "across"] == pytest.approx(1.0, abs=1e-6)
+        at = np.linspace(0.0, 0.18, 7)
+        assert np.abs(one.displacement(one.span, "across", at)).max() > 0.5
 
 
 def test_a_span_as_long_as_a_file_may_say_rings_at_the_tone_of_a_string():

@@ -145,6 +145,16 @@ def test_what_a_system_of_unlike_states_gathers_is_that_of_its_modes():
     assert np.linalg.eigvalsh(found).min() > 0.0
 
 
+def test_what_a_system_gathers_that_grows_a_millionfold_before_it_decays_is_finite():
+    """Three states in series, each slow: squares of a whole matrix grow by round-off alone."""
+    slow = 0.9995 * np.eye(3) + np.diag([1.0, 1.0], 1)
+    turn = np.linalg.qr(np.random.default_rng(6).normal(size=(3, 3)))[0]
+    truth, found = (settled_covariance(own, np.eye(3)) for own in (slow, turn @ slow @ turn.T))
+    assert np.trace(found) == pytest.approx(np.trace(truth), rel=0.01)
+    step = 1.0 - 0.9995**2  # of the last state, which no other moves
+    assert truth[2, 2] == pytest.approx(1.0 / step, rel=1e-6)
+
+
 @pytest.mark.parametrize(
     "overrides", [(), ("sensors.delay=1 ms",), ("sensors.delay=0.3 ms", "motor.current_bandwidth=100 Hz")]
 )

@@ -1,6 +1,6 @@
 """Coordinates of a network that are tied together, and what ties them: counted and searched."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,6 +16,8 @@ LONG = 2.0
 """Phase of a wave above which it is cut [rad]."""
 REACH = 2.5
 """How far segments of ropes may be finer than is needed, rather than cut anew."""
+ASKEW = 2e-4
+"""Slope of a rope to a slide [rad] below which it does not hold what slides."""
 _NONE = np.zeros(0, dtype=np.intp)
 
 
@@ -36,18 +38,29 @@ class Fixed(NamedTuple):
 class Component:
     """Coordinates tied together, with what ties them; ``columns``: their numbers in the network.
 
-    ``tags``: pieces and directions that take part; ``ways``: the directions.
+    ``least``: entries of waves and ropes below which they are left out; ``tags``: pieces and directions that
+    take part; ``ways``: the directions.
     """
 
-    def __init__(self, columns: Sequence[int], parts: Sequence[Wave | Rope | Fixed]) -> None:
+    def __init__(
+        self,
+        columns: Sequence[int],
+        parts: Sequence[Wave | Rope | Fixed],
+        least: Mapping[int, float] | None = None,
+    ) -> None:
         self.columns = np.array(columns, np.intp)
         self.waves = waves = [part for part in parts if isinstance(part, Wave)]
         self.ropes = ropes = [part for part in parts if isinstance(part, Rope)]
         self.fixed = fixed = [part for part in parts if isinstance(part, Fixed)]
         place = {int(c): i for i, c in enumerate(self.columns)}
         self.size = len(place)
-        self.near = _columns([(i, place[c], v) for i, own in enumerate(waves) for c, v in own.start])
-        self.far = _columns([(i, place[c], v) for i, own in enumerate(waves) for c, v in own.end])
+        self._least = least = least or {}
+
+        def level(row: Row) -> list[tuple[int, float]]:
+            return [(place[c], v) for c, v in row if abs(v) >= least.get(c, 0.0)]
+
+        self.near = _columns([(i, *one) for i, own in enumerate(waves) for one in level(own.start)])
+        self.far = _columns([(i, *one) for i, own in enumerate(waves) for one in level(own.end)])
         self.fixed_rows = _columns([(i, place[c], v) for i, own in enumerate(fixed) for c, v in own.row])
         self.fixed_kind = np.array([own.kind for own in fixed], dtype=np.intp)
         self.factor = np.array([own.factor for own in fixed], dtype=float)
@@ -55,11 +68,11 @@ class Component:
         self.time = np.array([own.time for own in waves], dtype=float)
         self.lag = np.array([own.lag for own in waves], dtype=float)
         self.ring = np.array([own.ring for own in waves], dtype=float)
-        self.ends = [[[(place[c], v) for c, v in row] for row in own.rows] for own in ropes]
-        lengths: list[Wave | Rope] = [*waves, *ropes]
-        every = [own.time for own in lengths]
+        self.ends = [[level(row) for row in own.rows] for own in ropes]
+        self._lengths: list[Wave | Rope] = [*waves, *ropes]
+        every = [own.time for own in self._lengths]
         self.longest, self.whole = max(every, default=0.0), float(sum(every))
-        self.tags: list[Tag] = [tag for part in lengths for tag in part.tags]
+        self.tags: list[Tag] = [tag for part in self._lengths for tag in part.tags]
         self.ways = {way for _, way in self.tags}
         self._cuts: list[Cut] = []
         self._counts: dict[bytes, Array] = {}
@@ -98,13 +111,18 @@ class Component:
             # left out, moves it as much: a taut one has neither
             parts = (part for own in self.ropes for part in own.taut or (own,))
             return Component(self.columns.tolist(), [*self.waves, *parts, *self.fixed]).rigid
+        if not self._least and self._lengths:
+            least = dict[int, float]()  # what is askew by a rounded figure drowns in round-off of stiff parts
+            for column, value in (one for own in self._lengths for row in own.rows for one in row):
+                least[column] = max(least.get(column, 0.0), ASKEW * abs(value))
+            return Component(self.columns.tolist(), [*self._lengths, *self.fixed], least).rigid
         cut = self.cut(1e-2 / (self.whole or 1.0))
         t, waves = cut.table, 3 * cut.wave.size
         strains = np.zeros(t.first.size - 1)
         strains[:waves:3], strains[waves:] = 1.0, t.kind == SPRING
         turned = bool(np.any(t.a[t.kind == SPRING] < 0.0))
-        if turned:  # by how stiff they are
-            w, _, _, _ = weights(t, lanes_at(1e-6 / (self.whole or 1.0)))
+        if turned:  # by how stiff they are, far below what curvature does to a wave
+            w, _, _, _ = weights(t._replace(ring=np.zeros_like(t.ring)), lanes_at(1e-6 / (self.whole or 1.0)))
             strains *= w[:, 0]
         else:  # whatever strains anything, however little, counts alike
             row, largest = np.repeat(np.arange(strains.size), np.diff(t.first)), np.zeros(strains.size)

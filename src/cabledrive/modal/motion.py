@@ -76,6 +76,19 @@ class Mode(Shape):
         """Of a transverse mode what the cable is taken for: `STRING`, `HEAVY_STRING`, `SAGGING`, `BEAM`."""
         return self.taken_for(self.where[0], self.where[1]) if self.kind == TRANSVERSE else None
 
+    @property
+    def single(self) -> list["Mode"]:
+        """Of a machine with routes: modes of one shape each, the first of which moves its span the most."""
+        if self.multiplicity == 1 or self.clamped:
+            return [self]
+        span, way, section = self.where
+        turned = np.linalg.svd(self.displacement(span, way, np.linspace(*section or (0.0, 1.0), 33)))[0]
+        first, rest = (
+            Mode(self.network, self.cut, self.solved._replace(shapes=own, multiplicity=own.shape[1]))
+            for own in np.split(self.solved.shapes @ turned, [1], axis=1)
+        )
+        return [first, *rest.single]
+
     @cached_property
     def strain_by_span(self) -> dict[tuple[str, str], float]:
         """Share of the strain energy by span and direction; springs hold the rest."""

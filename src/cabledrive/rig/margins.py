@@ -21,6 +21,7 @@ from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import matrix_balance, schur
 
 from cabledrive.control import numbers
 from cabledrive.control.backstepping import fixed_row
@@ -87,11 +88,14 @@ def margins_of(loop: Loop, load: float = 1.0) -> Margins:
 
 def settled_covariance(transition: Array, noise: Array) -> Array:
     """Covariance that a stable system gathers of ``noise`` in every sample; sums alone, by doubled times."""
-    more = spread = noise
+    balanced, scale = matrix_balance(transition, permute=False)
+    power, turn = schur(balanced, output="complex")  # whose powers keep what they decay by
+    basis, inverse = scale @ turn, turn.conj().T / np.diag(scale)
+    more = spread = inverse @ noise @ inverse.conj().T
     while np.abs(more).max() > np.finfo(float).eps * np.abs(spread).max():
-        more = transition @ spread @ transition.T
-        spread, transition = spread + more, transition @ transition
-    return spread
+        more = power @ spread @ power.conj().T
+        spread, power = spread + more, power @ power
+    return np.asarray((basis @ spread @ basis.conj().T).real)
 
 
 def open_loop(controller: Sampled, plant: Sampled, interval: float) -> Array:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal import Mode, Modes, modes
-from cabledrive.modal.mode import LONGITUDINAL
+from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.tuning import Pair, at_pretensions, first_modes, pretension_of, tuning_factor
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
@@ -85,9 +85,10 @@ def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     highest = near.HIGHEST * pulley.frequency
     most = max((one.transverse_frequency for one in tunings), default=0.0)
     found = modes(machine, below=max(highest, most) * 1.0001)
+    listed = [own for mode in found.modes for own in mode.single]
     stretching = [
         mode
-        for mode in found.modes
+        for mode in listed
         if not mode.clamped
         and mode.frequency <= highest
         and (
@@ -96,7 +97,7 @@ def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
         )
     ]
     reach = max((1.0 + near.NEAR) * max(mode.frequency for mode in stretching), most * 1.0001)
-    across = [mode for mode in found.transverse if mode.frequency <= reach]
+    across = [mode for mode in listed if mode.kind == TRANSVERSE and mode.frequency <= reach]
     waves = waves_of(network, stretching, across, hanging=True)
     pairs = near.pairs_of(waves, drive.spans, pulley.frequency, tunings)
     slack = [(mode.frequency, float(own)) for mode, own in zip(stretching, waves.slack_torques, strict=True)]
