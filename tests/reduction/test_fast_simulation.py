@@ -1,6 +1,5 @@
 """The fast model behind the door of the exact one: agreement, energy, many runs at once; refusals."""
 
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.fast_members import fast_ensemble
 from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 from cabledrive.reduction.friction_integration import direction, integrate_chain
-from cabledrive.reduction.lumped_chain import lumped_model, to_control
+from cabledrive.reduction.lumped_chain import lumped_model
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.threshold import growth_torque
 from cabledrive.reduction.uniform_tension import uniform_tension_model
@@ -184,12 +183,6 @@ ROWS = [
 @pytest.mark.parametrize("call, named", ROWS)
 def test_what_cannot_be_reduced_is_refused_in_one_line_that_names_it(call, named):
     refused(call, *named)
-
-
-def test_without_python_control_the_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "control", None)
-    with pytest.raises(cd.InputRefused, match=r"\[control\]"):
-        to_control(lumped_model(RIG, 4))
 
 
 STEEP = Start(plucks=tuple(Pluck(height=0.02, span=span) for span in ("upper", "lower")))

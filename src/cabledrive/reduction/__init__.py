@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cabledrive.reduction.decay import damping_from_decay
     from cabledrive.reduction.fast_members import fast_ensemble
     from cabledrive.reduction.fast_simulation import simulate_fast
-    from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, to_control
+    from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model
 
 __getattr__ = on_demand(
     __name__,
@@ -22,7 +22,6 @@ __getattr__ = on_demand(
         "fast_ensemble": "fast_members",
         "lumped_model": "lumped_chain",
         "simulate_fast": "fast_simulation",
-        "to_control": "lumped_chain",
     },
 )
 
@@ -32,5 +31,4 @@ __all__ = [
     "fast_ensemble",
     "lumped_model",
     "simulate_fast",
-    "to_control",
 ]

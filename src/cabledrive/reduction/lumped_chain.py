@@ -251,39 +251,3 @@ def _check(drive: Drive, model: int) -> None:
         raise InputRefused(
             f"the lumped models need two rotating pulleys, the {fixed[0]} pulley is fixed: use `simulate`"
         )
-
-
-def to_control(chain: LumpedChain) -> Any:
-    """A lumped chain as a state-space object of python-control.
-
-    Parameters
-    ----------
-    chain : LumpedChain
-
-    Returns
-    -------
-    control.StateSpace
-        Torque on the first inertia in, angles of all inertias out; both and the states with their names.
-
-    Raises
-    ------
-    InputRefused
-        If python-control is not installed.
-    """
-    try:
-        import control
-    except ImportError:
-        said = "to_control needs python-control: install cabledrive with its extra [control]"
-        raise InputRefused(said) from None
-    a, b = state_space(chain)
-    n = chain.size
-    angles = [f"{name}_angle" for name in chain.names]
-    return control.ss(
-        a,
-        b[:, :1],
-        np.eye(n, 2 * n),
-        np.zeros((n, 1)),
-        inputs=["torque"],
-        outputs=angles,
-        states=[*(f"{name}.state" for name in angles), *(f"{name}_speed" for name in chain.names)],
-    )

@@ -172,10 +172,7 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
     if controller.field is not None:  # the magnetic spring of a stepper
         feedback[0] -= controller.field[0] * controller.field[1]
     kept = sorted((v for v in np.linalg.eigvals(a + np.outer(b[:, 0], feedback)) if v.imag >= 0.0), key=abs)
-    return tuple(
-        Pole(frequency=abs(v) / (2.0 * pi), damping_ratio=float(-v.real / abs(v)) if abs(v) else 1.0)
-        for v in kept
-    )
+    return tuple(Pole(abs(v) / (2.0 * pi), float(-v.real / abs(v)) if abs(v) else 1.0) for v in kept)
 
 
 HIGHEST_HZ = 200.0
