@@ -338,14 +338,13 @@ def frequency_against(
     drive_at = cache(lambda value: varied_together(drive, {key: float(value)}))
     for value in ordered:  # refused before anything is followed
         drive_at(value)
-    follower = Follower(drive_at, cells=256 + 16 * modes)
-    path = _complete_path(follower, ordered, modes)
+    path = _complete_path(follower := Follower(drive_at, cells=256 + 16 * modes), ordered, modes)
     stations = {station.value: station for station in path}
     shown = [stations[float(value)] for value in ordered]
     ranks = [np.sum(s.frequency < s.frequency[:, None] * (1 - 1e-9), axis=1) for s in shown]
     curves = np.flatnonzero(np.min(ranks, axis=0) < modes).tolist()
     spectra = (natural.spectrum_of(drive_at(value))[0] for value in ordered)
-    across = [own.first({TRANSVERSE: 1}, distinct=True)[TRANSVERSE][0] for own in spectra]
+    across = (own.first({TRANSVERSE: 1}, distinct=True)[TRANSVERSE][0] for own in spectra)
     transverse = [own[0].frequency if own else np.nan for own in across]  # none where all is slack
     met = [m for m in crossings(follower, path) if set(m.curves) <= set(curves)]
     import xarray as xr
