@@ -111,11 +111,13 @@ class Component:
             # left out, moves it as much: a taut one has neither
             parts = (part for own in self.ropes for part in own.taut or (own,))
             return Component(self.columns.tolist(), [*self.waves, *parts, *self.fixed]).rigid
-        if not self._least and self._lengths:
-            least = dict[int, float]()  # what is askew by a rounded figure drowns in round-off of stiff parts
-            for column, value in (one for own in self._lengths for row in own.rows for one in row):
+        if not self._least:  # what is askew by a rounded figure drowns in round-off of stiff parts
+            entries = [one for own in self._lengths for row in own.rows for one in row]
+            least = dict[int, float]()
+            for column, value in entries:
                 least[column] = max(least.get(column, 0.0), ASKEW * abs(value))
-            return Component(self.columns.tolist(), [*self._lengths, *self.fixed], least).rigid
+            if any(0.0 < abs(value) < least[column] for column, value in entries):
+                return Component(self.columns.tolist(), [*self._lengths, *self.fixed], least).rigid
         cut = self.cut(1e-2 / (self.whole or 1.0))
         t, waves = cut.table, 3 * cut.wave.size
         strains = np.zeros(t.first.size - 1)

@@ -338,7 +338,8 @@ def frequency_against(
     drive_at = cache(lambda value: varied_together(drive, {key: float(value)}))
     for value in ordered:  # refused before anything is followed
         drive_at(value)
-    path = _complete_path(follower := Follower(drive_at, cells=256 + 16 * modes), ordered, modes)
+    follower = Follower(drive_at, cells=256 + 16 * modes)
+    path = _complete_path(follower, ordered, modes)
     stations = {station.value: station for station in path}
     shown = [stations[float(value)] for value in ordered]
     ranks = [np.sum(s.frequency < s.frequency[:, None] * (1 - 1e-9), axis=1) for s in shown]
@@ -349,7 +350,6 @@ def frequency_against(
     met = [m for m in crossings(follower, path) if set(m.curves) <= set(curves)]
     import xarray as xr
 
-    number = {curve: i for i, curve in enumerate(curves)}
     frequency = np.array([station.frequency[curves] for station in shown]).T[:, place]
     family = np.array([[station.family[curve] for curve in curves] for station in shown], dtype=object).T
     lowest = {"units": "Hz", "long_name": "lowest transverse frequency"}
@@ -361,8 +361,8 @@ def frequency_against(
         "crossing_value": ("crossing", np.array([m.value for m in met]), {"units": unit}),
         "crossing_frequency": ("crossing", np.array([m.frequency for m in met]), {"units": "Hz"}),
         "crossing_gap": ("crossing", np.array([m.gap for m in met]), {"units": "Hz"}),
-        "crossing_first": ("crossing", np.array([number[m.curves[0]] for m in met], dtype=int)),
-        "crossing_second": ("crossing", np.array([number[m.curves[1]] for m in met], dtype=int)),
+        "crossing_first": ("crossing", np.array([curves.index(m.curves[0]) for m in met], dtype=int)),
+        "crossing_second": ("crossing", np.array([curves.index(m.curves[1]) for m in met], dtype=int)),
     }
     coordinates = {
         "mode": np.arange(len(curves)),
