@@ -10,7 +10,7 @@ from harness import duration, side_by_side, table, worst_error
 import cabledrive as cd
 from cabledrive.mechanics.spans import longitudinal_chains
 from cabledrive.modal.natural import longitudinal_modes
-from cabledrive.modal.route_network import network_of_drive
+from cabledrive.modal.route_network import network_at_rest
 from cabledrive.modal.spectrum import Spectrum
 
 TITLE = "A ropeway with 1,000 carriages, first 50 modes"
@@ -41,7 +41,7 @@ def ropeway(carriages: int) -> cd.Drive:
 def bisection(drive: cd.Drive) -> np.ndarray:
     """Each of the first modes by halving on the count alone; frequencies [Hz] without shapes."""
     (labelled,) = longitudinal_chains(drive)
-    spectrum = Spectrum(network_of_drive(drive, taut=True)[0])
+    spectrum = Spectrum(network_at_rest(drive.machine, taut=True)[0])
     top = pi / labelled.chain.travel_times.sum()
     while spectrum.count(top, {"longitudinal"}) < MODES:
         top *= 2

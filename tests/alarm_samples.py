@@ -8,9 +8,9 @@ import numpy as np
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.rest import rest_state
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.studies.motion_response import _crossing_times, prepare
 from cabledrive.studies.planned_motion import PlannedMotion
+from network_samples import as_routes
 
 KINDS = ("1:2", "direct", "sum", "anywhere")
 SIGNALS = ("tone", "chirp", "move with ripple", "jerks", "noise")
@@ -117,7 +117,7 @@ def taut(drive):
 
 def crossing_times(drive):
     """Time that a transverse wave takes along each free stretch, upper first."""
-    return _crossing_times(network_of(as_machine(drive, turned=True)))
+    return _crossing_times(network_of(as_routes(drive)))
 
 
 def tuned(rng, kind, drive):

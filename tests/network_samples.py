@@ -151,9 +151,14 @@ def rope_of(own, number=0):
     )
 
 
+def as_routes(drive, **options):
+    """A drive with two pulleys as if its file listed routes: without names and angles of its own."""
+    return as_machine(drive, **options).plain
+
+
 def as_route(drive):
-    """A drive with two pulleys as a machine with routes, without gravity."""
-    return as_machine(without_gravity(drive))
+    """So without gravity."""
+    return as_routes(without_gravity(drive))
 
 
 def without_gravity(drive):

@@ -78,7 +78,7 @@ def test_check_judges_a_planned_motion(tmp_path):
     assert all(row["lowest_tension"] < 30.0 < row["highest_tension"] for row in found["spans"])
     assert "Planned motion: holds" in call("check", "printer-idlers", "--motion", places).stdout
     loop = answer("check", "dissertation-2", "--motion", torques)["motion"]
-    assert loop["spans"][0]["name"] == "drive pulley to load pulley"
+    assert loop["spans"][0]["name"] == "upper"
     assert loop["verdict"] == "unknown"  # its file gives no torque limit
 
 

@@ -17,12 +17,12 @@ from cabledrive.export.translation.source import interpreted
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.response import network_response
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.modal_cable import modal_cable
 from cabledrive.reduction.stretch_kernels import cable_motion, cable_step, start_cable
 from cabledrive.reduction.stretches import new_stretch_state
 from cabledrive.rig.closed_loop.loop_kernels import loop_step
 from export.designs import COMPILERS, WARNINGS, checked, source_of
+from network_samples import as_routes
 
 fmpy = pytest.importorskip("fmpy", reason="needs fmpy")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
@@ -229,7 +229,7 @@ def test_a_slack_span_is_said(tmp_path):
 def test_a_network_in_modes_responds_as_its_exact_waves(name, measured):
     """The response to sampled inputs against the dynamic stiffness with its damping."""
     drive = cd.load_drive(name)
-    cable, network = modal_cable(drive), network_of(as_machine(drive))
+    cable, network = modal_cable(drive), network_of(as_routes(drive))
     numbers = cable.numbers
     rows = numbers.model.motions
     k = rows.shape[1]
@@ -268,7 +268,7 @@ def test_ropes_that_lose_couple_the_modes_of_a_network(measured):
         pulley=tuple(cd.Pulley(radius=radius, inertia=own) for own in inertias[:2]),
         motor=cd.Motor(inertia=inertias[2], joint_stiffness=joint),
     )
-    machine = replace(as_machine(loop), sensors=cd.Sensors(sample_rate=20e3))
+    machine = replace(as_routes(loop), sensors=cd.Sensors(sample_rate=20e3))
     model = modal_cable(machine).numbers.model
     link = 2.0 * radius**2 * np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
     stiffness = rigidity * link + joint * np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 1.0]])

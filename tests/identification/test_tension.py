@@ -17,9 +17,9 @@ from cabledrive.identification.tension.family_fit import family_tension
 from cabledrive.identification.tension.strings import compared, string_of, tension_from_ping
 from cabledrive.identification.tension.tones import Tones, fit_tones
 from cabledrive.parameters import NotComputed
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from command import answer, refusal
+from network_samples import as_routes
 from played_spans import SPANS, carrying, errors, held, played
 
 NOISE = 0.05
@@ -191,7 +191,7 @@ def test_pings_of_other_machines_and_sections_give_their_tension(name, section):
     log = log_of(time, {"position": swing}, {"position": "m"})
     one = tension_from_ping(log, guess, section=section).spans["upper"]
     assert one.tension.value == pytest.approx(drive.cable.pretension, rel=0.01), one
-    routed = as_machine(guess)
+    routed = as_routes(guess)
     (again,) = tension_from_ping(log, routed, span=routed.spans[0], section=section).spans.values()
     assert again.tension.value == pytest.approx(one.tension.value, rel=3.0 * guess.cable.prestrain), again
 
@@ -204,7 +204,7 @@ def test_the_modes_of_a_span_do_not_depend_on_how_its_machine_is_written(name, s
     if stiff is not None:
         bending = stiff * drive.cable.pretension * drive.pulley_distance**2
         drive = replace(drive, carriage=(), cable=replace(drive.cable, bending_stiffness=bending))
-    routed = as_machine(drive)
+    routed = as_routes(drive)
     for span, called in zip(drive.spans, routed.spans, strict=True):
         one, other = string_of(drive, span).modes, string_of(routed, called).modes
         off = float(np.abs(other / one - 1.0).max())

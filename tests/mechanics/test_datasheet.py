@@ -18,8 +18,8 @@ from cabledrive.mechanics.network.span_table import span_rows
 from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters import Carriage, Goal, Layout, Pulley, Sensors, load_drive, packaged_drives
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import as_machine
 from drive_strategies import drives
+from network_samples import as_routes
 from oracles.hanging_machine import catenary_sag
 
 SHEETS = {name: derived_quantities(load_drive(name)) for name in packaged_drives("loop", "line")}
@@ -79,7 +79,7 @@ def test_sag_of_an_empty_level_span_is_that_of_its_catenary(name):
 def test_table_of_spans_has_the_rope_between_its_wheels_and_all_weights(name):
     """By routes, sag included; Irvine's parameter is 12 EA/T times the mean of (V/T)^2."""
     drive = load_drive(name)
-    machine = as_machine(drive)
+    machine = as_routes(drive)
     for span, row in zip(drive.spans, span_rows(machine, statics_of(machine)), strict=True):
         own = [stretch for stretch in rest_state(drive).stretches if stretch.span == span]
         length = sum(stretch.length for stretch in own)
@@ -124,7 +124,7 @@ def test_a_small_pulley_close_to_a_large_one_is_wrapped_by_what_the_large_one_le
     pulleys = (Pulley(radius=0.01, inertia=1e-5), Pulley(radius=0.81, inertia=1.0))
     layout = Layout(pulley_distance=0.32, gravity=0.0)
     small, large = (
-        span.wrap for span in reversed(as_machine(replace(RIG, layout=layout, pulley=pulleys)).free_spans)
+        span.wrap for span in reversed(as_routes(replace(RIG, layout=layout, pulley=pulleys)).free_spans)
     )
     assert large == pytest.approx(pi + 2.0 * atan(0.8 / 0.32), rel=1e-12)
     assert small == pytest.approx(2.0 * pi - large, rel=1e-12)

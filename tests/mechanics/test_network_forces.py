@@ -10,8 +10,7 @@ from cabledrive.mechanics.network import network_of, statics_of
 from cabledrive.mechanics.network.response import dynamic_stiffness, hung_stiffness, responses
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.span_table import pulley_rows
-from cabledrive.parameters.route.two_pulleys import as_machine
-from network_samples import hanging_drive, route, routed
+from network_samples import as_routes, hanging_drive, route, routed
 from oracles.network_fem import matrices
 from oracles.route_fem import Kinematics, system
 
@@ -23,7 +22,7 @@ def weight(drive):
 
 MACHINES = [
     *(cd.load_drive(name) for name in cd.packaged_drives("route")),
-    *(as_machine(cd.load_drive(name)) for name in ("camera-line", "ropeway", "printer-belt")),
+    *(as_routes(cd.load_drive(name)) for name in ("camera-line", "ropeway", "printer-belt")),
     route("elevator", "layout.gravity=9.81"),
 ]
 
@@ -178,7 +177,7 @@ def test_random_loops_and_lines_hang_in_catenaries_of_their_lengths(measured):
     rng, worst = np.random.default_rng(2026), []
     for number in range(60):
         drive = hanging_drive(rng, vertical=number % 6 == 0)
-        worst.append(error_at_rest(as_machine(replace(drive, motor=cd.Motor(inertia=1e-3)))))
+        worst.append(error_at_rest(as_routes(replace(drive, motor=cd.Motor(inertia=1e-3)))))
     measured(f"{len(worst)} machines: {max(worst):.1e}, median {np.median(worst):.1e}")
     assert max(worst) < 1e-9, worst
 
@@ -239,7 +238,7 @@ def test_a_wave_never_arrives_where_a_rope_is_slack_somewhere():
 
 def test_a_rope_without_weight_has_by_steps_the_waves_of_its_closed_form(measured):
     """Both dampings, ten half waves."""
-    drive = as_machine(cd.load_drive("dissertation-2", overrides=["layout.gravity=0"]))
+    drive = as_routes(cd.load_drive("dissertation-2", overrides=["layout.gravity=0"]))
     piece, omega = network_of(drive).pieces[0], 2.0 * np.pi * np.linspace(5.0, 500.0, 60)
     rope, found, off = piece.rope, hung_stiffness(piece, omega.astype(complex), damped=True), []
     tension = piece.start_tension
@@ -265,7 +264,7 @@ def test_a_rope_without_weight_has_by_steps_the_waves_of_its_closed_form(measure
 @pytest.mark.parametrize("name", ["camera-line", "camera-winches", "ropeway"])
 def test_the_response_of_a_machine_that_hangs_has_its_poles_at_the_certified_modes(name):
     """The stiffness of straight ropes has them 1 to 60 % away."""
-    drive = as_machine(cd.load_drive(name))
+    drive = as_routes(cd.load_drive(name))
     network = network_of(drive)
     listed = [mode.frequency for mode in cd.modes(drive, count=6).modes if mode.plane != "v"][:4]
     for frequency in listed:

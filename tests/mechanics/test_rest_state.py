@@ -20,10 +20,10 @@ from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES
 from cabledrive.simulation import Scheme, Start
 from cabledrive.simulation.network.mesh import rest_of
-from network_samples import hanging_drive
+from network_samples import as_routes, hanging_drive
 from oracles.hanging_machine import catenary_sag
 
 
@@ -39,12 +39,12 @@ def cable_forces(mesh, law, displacement):
 
 def hung(drive, mesh, law):
     """How its cable hangs."""
-    return rest_of(mesh, [law] * len(mesh.pieces), gravity(as_machine(drive)))
+    return rest_of(mesh, [law] * len(mesh.pieces), gravity(drive.machine))
 
 
 def weighed(drive, mesh):
     """Weights of the nodes, and those of the ends on the coordinates."""
-    g = gravity(as_machine(drive))
+    g = gravity(drive.machine)
     frames = np.array([(own[0].where.along, own[0].where.across) for own in mesh.parts])
     return weights_of(mesh, g), np.einsum("ks,kx,ksxn->n", mesh.half, frames @ g, mesh.ends[:, :, ::2])
 
@@ -238,6 +238,6 @@ def test_a_useless_division_is_refused(segments, words):
 def test_a_torque_on_the_load_pulley_holds_nothing_at_rest(name):
     """A column of load torque makes its pulley one that a torque turns, which stands where it would."""
     drive = load_drive(name)
-    plain, loaded = (statics_of(as_machine(drive, loaded=own, turned=True)) for own in (False, True))
+    plain, loaded = (statics_of(as_routes(drive, loaded=own)) for own in (False, True))
     assert_allclose(loaded.start, plain.start, rtol=1e-12)
     assert_allclose(loaded.end, plain.end, rtol=1e-12)

@@ -10,8 +10,7 @@ import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
 from cabledrive.modal.elements import ACROSS, Rope
 from cabledrive.modal.motion import HeldMode
-from cabledrive.parameters.route.two_pulleys import as_machine
-from network_samples import evenly, route, without_gravity
+from network_samples import as_routes, evenly, route, without_gravity
 from oracles import hanging_machine
 from oracles.rope_fem import Beam, frequencies
 from oracles.route_fem import frequencies_of_route
@@ -115,7 +114,7 @@ def test_a_loop_bends_as_the_same_machine_with_routes(case):
     drive = cd.load_drive("dissertation-transporter", overrides=["cable.bending_stiffness=5e-5 N m^2"])
     carriage = replace(drive.carriage[0], guided=case == "guided")
     drive = replace(drive, carriage=() if case == "bare" else (carriage,))
-    own, routed = cd.modes(drive, count=6), cd.modes(as_machine(drive), count=6)
+    own, routed = cd.modes(drive, count=6), cd.modes(as_routes(drive), count=6)
     found = [[mode.frequency for mode in listed.modes] for listed in (own, routed)]
     np.testing.assert_allclose(*found, rtol=1e-12)
     assert own.certified
@@ -155,7 +154,7 @@ UNLIKE = cd.load_drive("dissertation-1", overrides=["pulley.1.radius=0.15 m"])
 )
 def test_a_drive_as_a_route_has_all_its_modes_with_their_number(drive, motor):
     """Strings in both planes, where they weigh with slopes to 10 %; hanging carriages swing in both."""
-    expected, found = (cd.modes(one, count=10, motor=motor) for one in (drive, as_machine(drive)))
+    expected, found = (cd.modes(one, count=10, motor=motor) for one in (drive, as_routes(drive)))
     assert found.certified or drive.layout.gravity
     assert found.certificate.count == expected.certificate.count
     assert found.rigid_body_modes == expected.rigid_body_modes
@@ -164,11 +163,11 @@ def test_a_drive_as_a_route_has_all_its_modes_with_their_number(drive, motor):
 
 def test_spans_between_unlike_pulleys_are_as_long_as_those_of_the_loop():
     """Their slopes of 7 degrees up and down move modes by 3e-5 where they weigh; nothing drives the loop."""
-    expected, found = (cd.modes(one, below=200.0) for one in (UNLIKE, as_machine(UNLIKE)))
+    expected, found = (cd.modes(one, below=200.0) for one in (UNLIKE, as_routes(UNLIKE)))
     np.testing.assert_allclose(by_multiplicity(found.modes), by_multiplicity(expected.modes), rtol=5e-5)
     hung = replace(UNLIKE, carriage=(cd.Carriage(mass=0.1, position=0.3),))
     with pytest.raises(cd.InputRefused, match="one way"):
-        cd.modes(as_machine(replace(hung, layout=replace(hung.layout, inclination=0.5))))
+        cd.modes(replace(as_routes(replace(hung, layout=replace(hung.layout, inclination=0.5))), stops=()))
 
 
 def test_strain_energy_is_kinetic_energy():

@@ -18,7 +18,8 @@ from machines import (
 import cabledrive as cd
 from cabledrive.mechanics.chain import Chain, Pendant
 from cabledrive.mechanics.spans import longitudinal_chains
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES
+from network_samples import as_routes
 from oracles import hanging_machine
 from oracles.network_fem import modes_below
 from oracles.route_fem import Kinematics
@@ -58,7 +59,7 @@ def elements(drive, motor, hold):
     rotor = drive.motor
     if rotor and motor != "holding":
         rotor = replace(rotor, holding_stiffness=None)
-    drive = as_machine(replace(drive, motor=rotor))
+    drive = as_routes(replace(drive, motor=rotor))
     kin, held = Kinematics(drive), {"motor"} if motor == "held" else set()
     names = {name: kin.turns(name) for name in kin.turning}
     names |= {"motor": kin.rotors[0] if kin.rotors else kin.turns(NAMES[0])}
@@ -98,7 +99,7 @@ def test_transverse_modes_agree_with_elements(seed, measured):
     modes = cd.modes(drive, count=2 * MODES)
     planes = {p: np.array([m.frequency for m in modes.transverse if m.plane == p]) for p in "vw"}
     np.testing.assert_array_equal(planes["v"], planes["w"])
-    check_agreement(planes["v"], straight(as_machine(drive), (2,)), measured)
+    check_agreement(planes["v"], straight(as_routes(drive), (2,)), measured)
 
 
 def check_counts(chains, phases, measured):

@@ -13,7 +13,7 @@ from cabledrive.mechanics.spans import lumped_cable_mode, transverse_chains
 from cabledrive.modal import tuning
 from cabledrive.modal.lowest import lowest_frequencies
 from cabledrive.modal.natural import straight_limit
-from cabledrive.parameters.route.two_pulleys import as_machine
+from network_samples import as_routes
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_the_lowest_frequencies_are_the_first_of_the_list_however_a_machine_is_w
 
 def test_no_mode_below_a_bound_leaves_no_doubt_of_straight_ropes():
     """The lowest mode of `camera-line`, whose span sags, lies above 0.1 Hz."""
-    network = network_of(as_machine(cd.load_drive("camera-line")))
+    network = network_of(as_routes(cd.load_drive("camera-line")))
     assert straight_limit(network, 2 * np.pi * 0.1) is None
     assert "sag" in straight_limit(network, 2 * np.pi * 6.0)
 

@@ -10,7 +10,7 @@ from numpy.polynomial import chebyshev, legendre
 
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
-from cabledrive.parameters.route.two_pulleys import as_machine
+from network_samples import as_routes
 
 NODES, WEIGHTS = legendre.leggauss(80)
 MODES = 8
@@ -201,7 +201,7 @@ def test_shape_beyond_the_mode_is_zero_and_at_joints_the_joints():
 @pytest.mark.parametrize("name", ["camera-line", "ropeway", "printer-idlers"])
 def test_spans_move_at_their_ends_as_the_rims_that_they_meet(name):
     """Straight and hanging: the displacement along at both ends is the rim's along the rope itself."""
-    drive = as_machine(cd.load_drive(name))
+    drive = as_routes(cd.load_drive(name))
     for span, own in zip(drive.free_spans, statics_of(drive).stretches, strict=True):
         if not (span.start.sense and span.end.sense):
             continue

@@ -16,8 +16,7 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotComputed, Pulley, packaged_drives
-from cabledrive.parameters.route.two_pulleys import as_machine
-from network_samples import evenly, hanging_drive
+from network_samples import as_routes, evenly, hanging_drive
 from oracles import hanging_machine
 
 G = 9.81
@@ -121,7 +120,7 @@ def test_modes_at_rest_are_those_of_finite_elements_of_the_exact_cable(machines,
     worst = 0.0
     for one in machines:
         drive = make(one)
-        machine = as_machine(replace(drive, motor=drive.motor or cd.Motor(inertia=1e-24)))
+        machine = as_routes(replace(drive, motor=drive.motor or cd.Motor(inertia=1e-24)))
         inside, out = (own[:14] for own in hanging_machine.frequencies(machine))
         found = cd.modes(drive, below=float(min(inside[8], out[8])) * 0.999)
         assert found.certified, found.certified_reason

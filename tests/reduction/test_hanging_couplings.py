@@ -10,9 +10,9 @@ from cabledrive.mechanics import ExactLaw
 from cabledrive.mechanics.mesh import divided
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.motion import gravity
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.waves import waves_of
 from cabledrive.simulation.network.mesh import rest_of
+from network_samples import as_routes
 
 SIZE = 0.02
 """Largest displacement of a node that is tried [m]."""
@@ -21,7 +21,7 @@ SIZE = 0.02
 def cableway(irvine, slope, cabin):
     """A loop of 40 m under 1 kN of pretension, EA 500 times as much, with a cabin of 3 kg."""
     weight = 1000.0 * np.sqrt(irvine / 500.0) / 40.0
-    return as_machine(
+    return as_routes(
         cd.Drive(
             schema=1,
             name="cableway",
@@ -31,7 +31,6 @@ def cableway(irvine, slope, cabin):
             pulley=tuple(cd.Pulley(radius=0.1, inertia=0.05) for _ in range(2)),
             carriage=(cd.Carriage(mass=3.0, position=40.0 / 3.0, guided=False),) if cabin else (),
         ),
-        turned=True,
     )
 
 

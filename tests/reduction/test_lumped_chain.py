@@ -8,7 +8,6 @@ import pytest
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.response import network_response
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction import lumped_chain
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
@@ -217,7 +216,7 @@ def test_what_an_axis_has_no_spans_for_is_answered_by_its_machine():
     """Modes, resonance and machine with routes of the chain of an axis are those of its machine."""
     drive = cd.load_drive("printer-idlers")
     axis = as_axis(drive)
-    assert as_machine(axis) is drive
+    assert axis.machine is drive
     assert cd.modes(axis, count=2).modes[0].frequency == cd.modes(drive, count=2).modes[0].frequency
     one, other = cd.resonance(axis, torque=0.1), cd.resonance(drive, torque=0.1)
     assert (one.verdict, one.threshold_torque) == (other.verdict, other.threshold_torque)

@@ -13,7 +13,6 @@ from scipy.special import ellipk
 import cabledrive as cd
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction import stretch_kernels as kernels
 from cabledrive.reduction import stretch_runs as runs
@@ -23,6 +22,7 @@ from cabledrive.reduction.transverse_sections import fixed_length, largest_slope
 from cabledrive.reduction.uniform_tension import integrate, uniform_tension_model
 from cabledrive.studies import motion_stages
 from cabledrive.studies.motion_snapshot import longitudinal_of, snapshot_of
+from network_samples import as_routes
 from resonance_samples import damped
 
 TUNED = cd.load_drive(
@@ -278,7 +278,7 @@ def test_oscillators_are_those_of_internal_resonance():
 # --- A sagging loop, Eq. (A.36)
 def made(drive, count):
     """Its model about the state of rest with the first modes of every row, and their waves."""
-    network = network_of(as_machine(drive, turned=True), motor=FREE)
+    network = network_of(as_routes(drive), motor=FREE)
     top = (count + 0.5) * np.pi / float(network.time[1])
     one = snapshot_of(network, longitudinal_of(network, 4), top, shapes=False)
     waves = one.waves(range(len(one.keys)))

@@ -14,7 +14,6 @@ from cabledrive.identification.printer import belt_of, is_printer_file, printer
 from cabledrive.mechanics.datasheet import derived_quantities
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.animation import animation_svg, controlled_film
 from cabledrive.report.figures import run_histories
@@ -30,6 +29,7 @@ from cabledrive.rig.virtual_rig import Imperfections, run_rig
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 from cabledrive.simulation.signals import Sine
 from command import answer, refusal
+from network_samples import as_routes
 from printer_logs import samples, write_densities, write_samples
 from report_page import TIME, Reader
 
@@ -263,7 +263,7 @@ def test_an_animation_moves_what_a_body_carries_with_it():
 @pytest.mark.parametrize("name", ["dissertation-3", "dissertation-2"])
 def test_a_machine_with_routes_has_the_closed_formulas_of_the_loop_that_it_is(name):
     loop = cd.load_drive(name)
-    machine = as_machine(loop) if loop.motor else replace(as_machine(loop, turned=True), loads=())
+    machine = as_routes(loop if loop.motor else replace(loop, motor=cd.Motor(inertia=1e-6)))
     known, found = derived_quantities(loop).as_dict(), data_sheet(machine).derived
     for key in (*OF_ONE_ROPE, "cable_mass", "static_sag", "slack_torque"):
         assert found[key] == pytest.approx(known[key], rel=2e-3), key

@@ -9,7 +9,6 @@ from scipy.integrate import solve_ivp
 import cabledrive as cd
 from cabledrive.control.observers import FlankLaw
 from cabledrive.parameters import load_drive
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig import Disturbance, Motion, RigOptions
 from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act, machine_like
@@ -21,6 +20,7 @@ from cabledrive.rig.front_door import own_law
 from cabledrive.rig.laws.controllers import DesignSpec, plant_chain
 from cabledrive.rig.plant_samples import over, sampled_chain, sampled_loops
 from control_chains import INTERVAL, model, row_of, states_of
+from network_samples import as_routes
 from oracles.readable_plant import ReadablePlant
 from rig_runs import loop_of, track
 
@@ -211,7 +211,7 @@ def test_load_on_the_pulley_turns_it_and_can_make_a_span_slack(measured):
 def test_a_law_runs_on_the_ropes_of_a_loop_as_on_those_of_the_same_machine_with_routes(measured):
     """Spans that are cut elsewhere, coordinates of other names and order, angles of the other sense."""
     loop = replace(DRIVE, lumped=None)
-    mirrored = as_machine(replace(loop, motor=replace(loop.motor, offset_torque=-loop.motor.offset_torque)))
+    mirrored = as_routes(replace(loop, motor=replace(loop.motor, offset_torque=-loop.motor.offset_torque)))
     routes = replace(mirrored, sensors=loop.sensors)  # it goes the other way round
     runs = [on_cable("pd", plant_drive=plant) for plant in (loop, routes)]
     off = max(np.abs(runs[0].angles[:, k] - runs[1].angles[:, k]).max() for k in range(3))

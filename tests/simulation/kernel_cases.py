@@ -10,7 +10,6 @@ from cabledrive.mechanics.mesh import mesh_of
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.damped import AS_BENT, AS_STRAIGHT
 from cabledrive.simulation.methods import NAMES, integrate_steps
@@ -92,7 +91,7 @@ def setting(case):
 
 def hung(drive, mesh, law):
     """How the cable of a loop or a line hangs."""
-    return rest_of(mesh, [law] * len(mesh.pieces), gravity(as_machine(drive)))
+    return rest_of(mesh, [law] * len(mesh.pieces), gravity(drive.machine))
 
 
 def joined(mesh, x, x_t, rest):

@@ -11,10 +11,11 @@ from cabledrive.mechanics import ExactLaw
 from cabledrive.mechanics.mesh import divided
 from cabledrive.mechanics.network import network_of, responses
 from cabledrive.mechanics.network.motion import gravity
-from cabledrive.parameters.route.two_pulleys import NAMES, as_machine
+from cabledrive.parameters.route.two_pulleys import NAMES
 from cabledrive.simulation import CarriageForce, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.network.mesh import rest_of
+from network_samples import as_routes
 from oracles.hanging_machine import catenary_sag
 
 
@@ -40,7 +41,7 @@ def cableway(irvine, *, kind="line", slope=0.0, fixed=(True, True), damped=0.0, 
 @pytest.mark.parametrize("irvine", [1.0, 30.0, 120.0])
 def test_a_hanging_cabin_rings_at_the_modes_about_its_catenary(irvine, measured):
     """Waves along and across are coupled by the sag: the lowest in the plane, with order two."""
-    drive = as_machine(cableway(irvine, slope=20.0))
+    drive = as_routes(cableway(irvine, slope=20.0))
     exact = np.sort([mode.frequency for mode in cd.modes(drive).modes if mode.plane != "v"])[:2]
     errors = []
     for segments in (20, 40):
@@ -66,9 +67,9 @@ def test_a_loop_slips_on_its_pulleys_as_the_route_that_it_is(wrap, measured):
     drive = cd.load_drive("dissertation-2")
     near, far = (replace(own, capstan_friction=0.05, wrap_angle=wrap) for own in drive.pulley)
     drive = replace(drive, pulley=(near, replace(far, inertia=2e-3)))
-    machine = as_machine(drive, turned=True)
-    if wrap:  # of a machine with routes it follows from the way of its rope
-        less = [replace(own, capstan_friction=0.05 * wrap / np.pi) for own in machine.pulley]
+    machine = as_routes(drive)
+    if wrap:  # that of the drawing, and as much less friction
+        less = [replace(own, wrap_angle=None, capstan_friction=0.05 * wrap / np.pi) for own in machine.pulley]
         machine = replace(machine, pulley=tuple(less))
     scheme = Scheme(segments=24, slack="tension-only")
     torque, start = Sine(amplitude=0.3, frequency=8.0), Start(from_equilibrium=True, hold="drive")
@@ -94,7 +95,7 @@ def test_a_loop_or_a_line_moves_as_the_route_that_it_is(kind, cabin, far, irvine
     speed = 0.0 if cabin else 0.1 / far
     common["forces"] = [CarriageForce(signal=Sine(amplitude=1.0, frequency=1.0), plane="w")] * cabin
     loop = cd.simulate(drive, 1.0, start=Start(from_equilibrium=True, load_speed=speed), **common)
-    found = cd.simulate(as_machine(drive), 1.0, start=Start(speeds={"load pulley": -speed}), **common)
+    found = cd.simulate(as_routes(drive), 1.0, start=Start(speeds={"load pulley": -speed}), **common)
     turned = loop.load_angle - loop.load_angle[0]
     apart = np.abs(turned + found.channel("load pulley")).max() / np.abs(turned).max()
     lost = max(loop.energy_budget_error, found.energy_budget_error)
@@ -161,7 +162,7 @@ def chain_response(drive, segments, omega, name):
 def test_the_response_about_the_catenary_is_the_limit_of_the_divided_machine(irvine, slope, measured):
     """Damped along and across, with a cabin, up to some modes in the plane."""
     drive = cableway(irvine, kind="loop", slope=slope, fixed=(True, False), damped=2000.0)
-    drive = as_machine(replace(drive, cable=replace(drive.cable, transverse_damping=0.5)))
+    drive = as_routes(replace(drive, cable=replace(drive.cable, transverse_damping=0.5)))
     own = [mode.frequency for mode in cd.modes(drive, count=4).modes if mode.plane != "v"]
     frequency = np.linspace(0.2, 1.3, 12) * sorted(own)[1]
     exact = responses(drive, frequency, ("load pulley",))[:, 0, 0]
@@ -177,7 +178,7 @@ def test_a_rope_between_anchors_hangs_as_the_catenary_formula_says():
     drive = replace(drive, pulley=tuple(replace(own, radius=1e-6) for own in drive.pulley))
     expected, _ = catenary_sag(drive)
     errors = [
-        np.abs(case_of(as_machine(drive), 1.0, scheme=Scheme(segments=n)).rest.x[2]).max() / expected - 1
+        np.abs(case_of(as_routes(drive), 1.0, scheme=Scheme(segments=n)).rest.x[2]).max() / expected - 1
         for n in (20, 40)
     ]
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
@@ -189,7 +190,7 @@ def test_a_rope_between_anchors_hangs_as_the_catenary_formula_says():
 def test_a_machine_under_gravity_stays_where_it_hangs(name, model):
     """Thousands of steps from rest move nothing beyond round-off, whatever the cable law."""
     hung = cableway(120.0, kind="loop", slope=20.0, fixed=(True, False))
-    drive = as_machine(hung) if name == "cableway" else cd.load_drive(name)
+    drive = as_routes(hung) if name == "cableway" else cd.load_drive(name)
     run = cd.simulate(drive, 1.0, scheme=Scheme(segments=20, model=model), recording=Recording(rate=50.0))
     moved = max(np.abs(list(run.extremes.values())).max(), max(run.midpoint_peaks.values()))
     assert run.steps > 100
@@ -198,5 +199,5 @@ def test_a_machine_under_gravity_stays_where_it_hangs(name, model):
 
 @pytest.mark.parametrize("model, named", [("exact", False), ("linear", True)])
 def test_a_linear_run_names_the_spans_whose_sag_it_leaves_out(model, named):
-    run = cd.simulate(as_machine(cableway(30.0)), 1e-2, scheme=Scheme(segments=20, model=model))
+    run = cd.simulate(as_routes(cableway(30.0)), 1e-2, scheme=Scheme(segments=20, model=model))
     assert any("first mode" in line for line in run.doubts) == named

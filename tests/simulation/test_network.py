@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.methods import time_grid
 from command import refused
-from network_samples import PRINTER_SPANS, as_route, printer_belt, route, routed, without_gravity
+from network_samples import PRINTER_SPANS, as_route, as_routes, printer_belt, route, routed, without_gravity
 
 PRINTER = route("printer")
 UPPER = "drive pulley to load pulley"
@@ -210,7 +209,7 @@ def test_damped_ropes_of_a_machine_with_routes_go_slack_as_those_of_a_loop():
     given = {"scheme": Scheme(segments=12, slack="tension-only"), "recording": Recording(rate=2e3)}
     loop, route = (
         cd.simulate(own, 0.05, torque=torque, **given)
-        for own, torque in ((drive, 5.0), (as_machine(drive), -5.0))
+        for own, torque in ((drive, 5.0), (as_routes(drive), -5.0))
     )
     assert loop.slack_events
     np.testing.assert_allclose(-route.channel("load pulley"), loop.load_angle, rtol=1e-9)
@@ -350,7 +349,7 @@ def test_a_force_out_of_the_plane_that_begins_at_nothing_moves_as_one_across(dam
         carriage=(cd.Carriage(mass=0.1, position=0.5, guided=False),),
     )
     signal, reached = Sine(amplitude=0.5, frequency=4.77), []
-    for drive, plane in product((line, as_machine(line)), "vw"):
+    for drive, plane in product((line, as_routes(line)), "vw"):
         pushed = [CarriageForce(signal=signal, plane=plane)]
         found = cd.simulate(drive, 0.05, scheme=Scheme(segments=24), forces=pushed)
         sideways = found.probe(0)[:, 1:] if drive is line else found.rows[:, [1, 2]]

@@ -13,10 +13,10 @@ from cabledrive.parameters.drive_file import drive_from_text, packaged_text
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route import moved
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.studies.excitation_orders import excitation, frequency_per_speed, rates
 from cabledrive.studies.mode_map import SAME, Grid, distinct, map_modes
 from cabledrive.studies.motion_snapshot import Snapshot, tracked
+from network_samples import as_routes
 from oracles.route_fem import frequencies_of_route
 
 BED = {"head.x": [0.06, 0.21, 0.36], "beam.y": [0.05, 0.33]}
@@ -230,7 +230,7 @@ def test_a_loop_and_its_machine_with_routes_are_followed_alike(name, key, values
     drive = cd.load_drive(name, overrides=["layout.gravity=0"])
     longer = 1.0 + drive.cable.prestrain if key.endswith("position") else 1.0
     one = cd.frequency_against(drive, key, values, modes=4)
-    other = cd.frequency_against(as_machine(drive), key, values * longer, modes=4)
+    other = cd.frequency_against(as_routes(drive), key, values * longer, modes=4)
     off = float(np.abs(other.frequency.values / one.frequency.values - 1.0).max())
     measured(f"{off:.1e}")
     assert off < 1e-9, off

@@ -19,7 +19,6 @@ from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.modal.tuning import first_modes, tuned_pretension, tuning_factor
 from cabledrive.parameters.drive_file import drive_from_text, packaged_text
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.stretch_runs import extremes_run
@@ -34,7 +33,7 @@ from cabledrive.studies.motion_snapshot import longitudinal_of
 from cabledrive.studies.planned_motion import PlannedMotion, read_motion
 from cabledrive.trajectories import pulse
 from command import answer, refusal
-from network_samples import as_route, without_gravity
+from network_samples import as_route, as_routes, without_gravity
 from oracles.alarm_validation import true_motion
 from resonance_samples import damped, damped_loop
 
@@ -413,7 +412,7 @@ def test_a_sum_pair_grows_above_its_threshold_and_not_below(measured):
     settings = ["cable.transverse_damping=4", "pulley.1.viscous_friction=2e-5", "cable.pretension=3"]
     settings.append("carriage=[{mass=3e-4, position=0.37, guided=false}]")
     drive = cd.load_drive("dissertation-2", overrides=settings)
-    network = network_of(as_machine(drive))
+    network = network_of(as_routes(drive))
     along, across = straight_modes(network)
     upper = [m for m in across if (m.span, m.plane) == (network.drive.spans[0], "w")]
     waves = waves_of(network, along[:1], upper[:2])
@@ -502,7 +501,7 @@ def test_torque_at_a_mode_of_a_heavy_span_shakes_it_as_far_as_in_the_full_model(
 def test_static_strain_is_that_of_a_ring_of_beads(pushed):
     """A force at one rim, each bead accelerating alike; numpy alone."""
     drive = level_loop()
-    cable, network = drive.cable, network_of(as_machine(drive, turned=True), motor=FREE)
+    cable, network = drive.cable, network_of(as_routes(drive), motor=FREE)
     mass = np.full(100, cable.mass_per_length * drive.layout.span_length / 50)
     mass[::50] += [one.inertia / one.radius**2 for one in drive.pulley]
     force = np.where(np.arange(mass.size) == (0 if pushed == DRIVE_PULLEY else 50), 1.0, 0.0)
@@ -519,7 +518,7 @@ def test_static_strain_is_that_of_a_ring_of_beads(pushed):
 
 def test_a_torque_at_the_pulley_mode_is_a_line_of_the_tensions_at_its_frequency():
     drive = level_loop()
-    network = network_of(as_machine(drive, turned=True), motor=FREE)
+    network = network_of(as_routes(drive), motor=FREE)
     along = longitudinal_of(network, 2)
     model, omega = sagging.sagging_model(waves_of(network, list(along), []), []), 2 * pi * along[0].frequency
     h = 2.0 * pi / omega / 40.0
@@ -600,7 +599,7 @@ def test_a_line_that_sags_has_the_pulley_mode_and_the_pairs_of_its_hanging_rope(
     """As loop and as routes; in time it grows under 0.36 N m at 5.16 Hz, off the straight cable's 4.99 Hz."""
     settings = ["pulley.1.coulomb_friction=0", "motor.coulomb_friction=0", "cable.pretension=410 N"]
     line = cd.load_drive("camera-line", overrides=settings)
-    known, found = (cd.resonance(one, torque=0.36, details=False) for one in (line, as_machine(line)))
+    known, found = (cd.resonance(one, torque=0.36, details=False) for one in (line, as_routes(line)))
     certified = [mode.frequency for mode in cd.modes(line, count=6).longitudinal]
     assert np.min(np.abs(known.pulley_frequency / np.array(certified) - 1.0)) < 1e-9
     assert known.verdict == found.verdict == "resonant"
@@ -611,5 +610,5 @@ def test_a_line_that_sags_has_the_pulley_mode_and_the_pairs_of_its_hanging_rope(
 def test_the_pulley_mode_of_a_finger_does_not_change_with_the_label_of_a_mode():
     """Its joints keep their frequencies whether more strain is along or across the tendon."""
     fingers = (cd.load_drive("tendon-finger", overrides=[f"cable.pretension={n} N"]) for n in (20, 24, 30))
-    modes = [first_modes(network_of(as_machine(one, turned=True)))[0].frequency for one in fingers]
+    modes = [first_modes(network_of(as_routes(one)))[0].frequency for one in fingers]
     np.testing.assert_allclose(modes, modes[0], rtol=1e-3)

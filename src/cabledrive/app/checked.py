@@ -11,9 +11,9 @@ from cabledrive.modal.lowest import DERIVED, LOWEST
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
+from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys
 from cabledrive.report.blocks import table_text
-from cabledrive.report.machine.data import data_sheet, derived_table, stated_wraps
+from cabledrive.report.machine.data import data_sheet, derived_table
 from cabledrive.report.machine.tables import ALONG, margins_data, margins_tables
 from cabledrive.studies.motion_margins import motion_margins
 from cabledrive.studies.planned_motion import read_motion
@@ -55,9 +55,10 @@ def checked(drive: Machine) -> Answer:
 def with_margins(answer: Answer, drive: Machine, file: str) -> Answer:
     """The same answer with the margins along a planned motion."""
     motion = read_motion(file, drive, torque=False)
-    machine = as_machine(drive, loaded=motion.load_torque is not None)
+    pushed = motion.load_torque is not None
+    machine = as_machine(require_two_pulleys(drive, "load_torque"), loaded=True) if pushed else drive.machine
     along = motion.by_pulley(1.0 if machine is drive else SENSE)
-    found = motion_margins(machine, along, wraps=stated_wraps(drive))
+    found = motion_margins(machine, along)
     parts = [answer.text, "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)])]
     parts += [table_text(one) for one in margins_tables(found)]
     parts.append("\n".join(f"Assumes: {words}." for words in found.assumptions))

@@ -14,7 +14,6 @@ from cabledrive.campaign.spec import GOALS, MOTION, PLANT, CampaignSpec, setting
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.keys import varied_together
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import two_pulleys
 
 if TYPE_CHECKING:
     from cabledrive.modal.batch import ChainBatch
@@ -266,7 +265,7 @@ def _study(row: Row) -> Mapping[str, Any]:
 
 def is_straight(drive: Machine) -> bool:
     """Whether it is a loop or line that sags too little to move a longitudinal mode by some 1e-5."""
-    if (loop := two_pulleys(drive)) is None:
+    if (loop := drive.two_pulleys) is None:
         return False
     cable, tension = loop.cable, loop.cable.pretension
     hung = sum(own.mass for own in loop.carriage if not own.guided)
@@ -305,7 +304,7 @@ def plain_rows(
 
 def _build(drive: Any) -> tuple[Any, ...] | None:
     """What loops of one batch have in common; None of what is no plain loop."""
-    if drive.kind != "loop" or drive.carriage or any(pulley.fixed for pulley in drive.pulley):
+    if not drive.closed or drive.carriage or any(pulley.fixed for pulley in drive.pulley):
         return None
     motor = drive.motor
     return (

@@ -30,7 +30,6 @@ from cabledrive.modal.natural import straight_limit
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.modal_cable import ModalCable, modal_cable
 from cabledrive.reduction.stretch_kernels import (
@@ -309,7 +308,7 @@ def cable_block(drive: Machine) -> Block:
         kernels["middle"] = (cable_middle, [frozen, state, _named("middles", spans)])
     calls = {name: program.root(kernel, values)[1] for name, (kernel, values) in kernels.items()}
     groups, variables, places = _variables(cable), list[Variable](), dict[str, int]()
-    left_out, machine = list[str](), as_machine(drive)
+    left_out, machine = list[str](), drive.machine
     if any(part.capstan_friction for part in machine.pulley):
         left_out.append("ropes do not slip: capstan_friction is left out")
     if not cable.sine:  # ropes are straight in the linear model

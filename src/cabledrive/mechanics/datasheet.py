@@ -16,7 +16,7 @@ from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys, two_pulleys
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 CABLE, TORQUE, REST, INERTIAS = "Cable", "Torque", "At rest", "Inertias"
 MASSLESS, RESOLUTION = "Estimates with a massless cable", "Resolution"
@@ -138,7 +138,7 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
     slips: list[float | None] = []
     for pulley in drive.pulley:
         friction, wrap = pulley.capstan_friction, pulley.wrap_angle
-        known = drive.kind != "line" and friction is not None and wrap is not None
+        known = drive.closed and friction is not None and wrap is not None
         # one span gains what the other loses, and e^(mu alpha) is their ratio at most (Euler and Eytelwein)
         share = tanh(0.5 * (friction or 0.0) * (wrap or 0.0))
         slips.append(2.0 * pulley.radius * cable.pretension * share if known else None)
@@ -191,7 +191,7 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
-    own = two_pulleys(drive)
+    own = drive.two_pulleys
     if own is None:
         return (*route_warnings(drive.machine), *_rotors(drive))
     sheet = derived_quantities(own)
@@ -203,7 +203,7 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
 
 def warnings_of_rest(drive: Machine) -> tuple[str, ...]:
     """Warnings that touch what is said of vibrations, a line each: slack at rest, strain and sag."""
-    own = two_pulleys(drive)
+    own = drive.two_pulleys
     if own is None:
         return tuple(strained(drive.machine))
     sheet = derived_quantities(own)
@@ -294,7 +294,7 @@ def _torque(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     if limit is None:
         return
     if limit > sheet.slack_torque:
-        formula = "2 r1 T0" if drive.kind == "loop" else "r1 T0"
+        formula = "2 r1 T0" if drive.closed else "r1 T0"
         needed = drive.cable.pretension * limit / sheet.slack_torque
         yield (
             f"motor.torque_limit = {limit:.4g} N m is above {sheet.slack_torque:.4g} N m, the slack torque "

@@ -1,6 +1,5 @@
 """What turns and how it is held, and the two flexible modes as if each were alone."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Any
@@ -10,7 +9,6 @@ import numpy as np
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.machine import MachineBase
 
 DRIVE_PULLEY = "drive pulley"
@@ -39,24 +37,6 @@ def motor_condition(drive: MachineBase, motor: str | None = None) -> str:
         said = 'motor = "holding" needs motor.holding_stiffness [N m/rad], which the drive file does not give'
         raise InputRefused(f"{said}: add it, or take free or held")
     return motor
-
-
-def held_joints(drive: Drive, hold: Sequence[str]) -> frozenset[str]:
-    """Joints of the drive's chains by the names that a user gives them; others are refused.
-
-    ``hold``: "drive pulley", "load pulley", "carriage 0" (its number in the file), or a carriage's ``name``.
-    """
-    if isinstance(hold, str):
-        hold = (hold,)
-    known = {name: name for name in PULLEYS}
-    for number, carriage in enumerate(drive.carriage):
-        own = f"carriage {number}"
-        known |= {own: own} | ({carriage.name: own} if carriage.name else {})
-    for name in hold:
-        if name not in known:
-            hint = ': the rotor is held by motor = "held"' if name == MOTOR else nearest(name[:60], known)
-            raise InputRefused(f'hold = "{name[:60]}" is no part of this drive that can be held{hint}')
-    return frozenset(known[name] for name in hold)
 
 
 def released(drive: Any) -> Any:

@@ -9,7 +9,7 @@ derivative of the sum, so that a law with a potential gives a conservative chain
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import groupby
 from math import expm1
 from typing import Any, NamedTuple
@@ -24,12 +24,11 @@ from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import OUT_OF_PLANE, Motion
 from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.span_table import next_span
-from cabledrive.mechanics.rest import loop_statics
+from cabledrive.mechanics.rest import statics_under
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import NAMES, two_pulleys
 
 FEWEST_SEGMENTS = 3
 MOST_SEGMENTS = 1_000_000
@@ -169,12 +168,13 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
     slips = tuple(f"slip at {wrap.name}" for wrap in wraps)
     dragged = half * np.array([[rope.transverse_damping] for rope in ropes])
     damping[0] += np.einsum("ks,ksxi,ksxj->ij", dragged, ends[:, :, 1:], ends[:, :, 1:])
+    shown, turns = _recorded(network.motion.names + slips, drive.angles)
     return Mesh(
         network=network,
         wraps=wraps,
         names=network.motion.names + slips,
-        shown=network.motion.names + slips,
-        turns=np.eye(n),
+        shown=shown,
+        turns=turns,
         whole=whole,
         pieces=tuple(own[0].where.name for own in parts) if whole else piece_names(network),
         parts=parts,
@@ -195,40 +195,29 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
         stiffness=np.pad(network.springs.matrix + network.geometric, padded),
         damping=damping,
         driven=tuple(drive.pulley[number].name for number in drive.turned),
-        motor=np.pad(turns_by_torque(network), ((0, 0), padded)),
+        motor=(SENSE if drive.angles else 1.0) * np.pad(turns_by_torque(network), ((0, 0), padded)),
     )
 
 
-SHAFTS = (*NAMES, f"rotor of {NAMES[0]}")
-"""Coordinates of a loop or a line, where they move: drive pulley, load pulley, motor on a flexible joint."""
-ANGLES = ("drive_angle", "load_angle", "motor_angle")
+def _recorded(names: tuple[str, ...], angles: Sequence[tuple[str, str]]) -> tuple[tuple[str, ...], Array]:
+    """What records call the coordinates, and those by the coordinates; ``angles``: against their sense."""
+    if not angles:
+        return names, np.eye(len(names))
+    units = dict(zip(names, SENSE * np.eye(len(names)), strict=True))
+    others = {name: row for name, row in units.items() if name not in dict(angles).values()}
+    rows = [units.get(own, np.zeros(len(names))) for _, own in angles]
+    return (*dict(angles), *others), np.stack([*rows, *others.values()])
 
 
 def mesh_of(drive: Machine, segments: int) -> Mesh:
-    """Divide the ropes of a machine into segments; spans of loops and lines whole, others cut.
+    """Divide the ropes of a machine into segments; whole spans where records call them by its file, else cut.
 
     Refused: too few segments, or too many to be stored; `NotComputed` if no state of rest is found.
     """
-    machine, loop = drive.machine, two_pulleys(drive)
-    if loop is None:
-        return divided(network_of(machine), segments)
-    rest = loop_statics(loop)
-    carried = [Motion(machine).carriage_name(number) for number in range(len(machine.carriage))]
-    mesh = divided(network_of(machine, hold=carried, statics=rest), segments, whole=True)
-    own = dict(zip(NAMES, loop.pulley, strict=True))
-    held = {name: (part.capstan_friction or 0.0) * (part.wrap_angle or 0.0) for name, part in own.items()}
-    wraps = [one._replace(factor=expm1(held[one.name]) or one.factor) for one in mesh.wraps]
-    units = {name: SENSE * row for name, row in zip(mesh.names, mesh.turns, strict=True)}
-    shafts = [units.pop(name, np.zeros(len(mesh.names))) for name in NAMES]
-    shafts.append(units.pop(SHAFTS[2], shafts[0]))  # a rotor on a rigid joint turns with its pulley
-    return replace(
-        mesh,
-        pieces=loop.spans,
-        motor=SENSE * mesh.motor,
-        wraps=tuple(wraps),
-        shown=(*ANGLES, *units),
-        turns=np.stack([*shafts, *(SENSE * own for own in units.values())]),
-    )
+    machine, whole = drive.machine, bool(drive.machine.called)
+    carried = [Motion(machine).carriage_name(number) for number in range(len(machine.carriage) * whole)]
+    network = network_of(machine, hold=carried, statics=statics_under(machine))
+    return divided(network, segments, whole=whole)
 
 
 def gradients(mesh: Mesh, displacement: Array) -> Components:

@@ -17,12 +17,12 @@ import numpy as np
 
 from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
-from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.rest_forces import RestingStretch
-from cabledrive.mechanics.network.statics import Statics, at_rest
-from cabledrive.parameters import Drive, NotComputed
+from cabledrive.mechanics.network.statics import Statics, statics_of
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.two_pulleys import NAMES, require_two_pulleys
+from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 
 
 @described
@@ -103,35 +103,33 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
     NotComputed
         If no state of rest is found.
     """
-    return _kept_state(require_two_pulleys(drive, "`rest_state`"), at_torque)[1]
+    return _kept_state(require_two_pulleys(drive, "`rest_state`"), at_torque)
 
 
-def loop_statics(drive: Drive, at_torque: float = 0.0) -> Statics:
-    """A loop or line as a machine at rest, by the names of its spans; arguments as of `rest_state`."""
-    return _kept_state(drive, at_torque)[0]
+def statics_under(machine: RoutedDrive, at_torque: float = 0.0) -> Statics:
+    """A machine at rest; ``at_torque``: as of `rest_state`, refused of any other than two pulleys [N m]."""
+    pushes = bool(machine.called)
+    if not at_torque:
+        return statics_of(machine, pushes=pushes)
+    if not machine.called:
+        raise InputRefused("at_torque needs a load pulley that takes it up: give a body the load [N] instead")
+    first, last = machine.pulley
+    if not last.fixed:
+        return statics_of(machine, torques={1: at_torque * last.radius / first.radius}, pushes=pushes)
+    # the drive pulley turns until its torque is that of rest and the given one
+    torque = -float(statics_of(machine, pushes=pushes).torques[0]) - at_torque
+    return statics_of(machine, held=(), torques={0: torque}, pushes=pushes)
 
 
 @lru_cache(maxsize=64)
-def _kept_state(drive: Drive, at_torque: float) -> tuple[Statics, RestState]:
-    machine, (first, last) = drive.machine, drive.pulley
-    motion, torques = Motion(machine, hold=NAMES[:1]), dict[int, float]()
-    if at_torque and not last.fixed:
-        torques = {1: at_torque * last.radius / first.radius}
-    stretches, _ = at_rest(machine, motion, torques)
-    if at_torque and last.fixed:
-        # the drive pulley turns until its torque is that of rest and the given one
-        torque = -float(Statics(drive=machine, stretches=stretches).torques[0]) - at_torque
-        stretches, _ = at_rest(machine, Motion(machine), {0: torque})
-    both = list(zip(drive.spans, stretches, strict=True))
-    for span, pieces in both:
-        lowest = min((min(own.pull, own.length) for own in pieces if not own.straight), default=1.0)
-        if not lowest > 0.0:
-            raise NotComputed(f"no state of rest found in which the {span} span pulls: raise the pretension")
-    sections = tuple(own for span, pieces in both for own in _sections(drive, span, pieces))
-    called = tuple(tuple(replace(own, span=span) for own in pieces) for span, pieces in both)
-    statics = Statics(drive=machine, stretches=called)
-    torque = float(statics.torques[0]) + (drive.kind == "line") * first.radius * drive.cable.pretension
-    return statics, RestState(sections=sections, holding_torque=torque)
+def _kept_state(drive: Drive, at_torque: float) -> RestState:
+    statics, first = statics_under(drive.machine, at_torque), drive.drive_pulley
+    both = zip(drive.spans, statics.stretches, strict=True)
+    torque = float(statics.torques[0]) + (not drive.closed) * first.radius * drive.cable.pretension
+    return RestState(
+        sections=tuple(own for span, pieces in both for own in _sections(drive, span, pieces)),
+        holding_torque=torque,
+    )
 
 
 def _sections(drive: Drive, span: str, pieces: Sequence[RestingStretch]) -> Iterator[RestingSection]:
@@ -141,7 +139,7 @@ def _sections(drive: Drive, span: str, pieces: Sequence[RestingStretch]) -> Iter
         end = piece.end if carriage is None else carriage.position
         (along, across), (weight, load) = piece.force, piece.load
         force, load_down = (along, down * across + 0.0), (weight, down * load + 0.0)
-        own.append(replace(piece, span=span, start=start, end=end, force=force, load=load_down))
+        own.append(replace(piece, start=start, end=end, force=force, load=load_down))
         start = end
         if carriage is None or carriage.guided:
             yield RestingSection(span=span, stretches=tuple(own), sag=_sag(own))

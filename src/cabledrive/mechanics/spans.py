@@ -24,7 +24,7 @@ def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
     held = frozenset(name for name, pulley in zip(PULLEYS, drive.pulley, strict=True) if pulley.fixed)
     pieces = [pair for span in drive.spans for pair in pairwise(_span(drive, span))]
     starts = [number for number, (joint, _) in enumerate(pieces) if joint.name in held]
-    if drive.kind == "line":
+    if not drive.closed:
         bounds = sorted({0, *starts, len(pieces)})
         runs = [pieces[first:last] for first, last in pairwise(bounds)]
     elif starts:

@@ -12,7 +12,6 @@ from cabledrive.modal.mode import Modes
 from cabledrive.modal.natural import natural_frequencies
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import two_pulleys
 
 NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
 LOWEST = Keys("number: lowest_frequency_free_hz lowest_frequency_held_hz lowest_frequency_holding_hz?")
@@ -59,7 +58,7 @@ def how_held(found: Modes) -> str:
 
 def derived_with_lowest(drive: Machine) -> dict[str, Any]:
     """Lowest longitudinal frequencies of a machine, after the derived quantities of two pulleys, for JSON."""
-    own, lowest = two_pulleys(drive), lowest_frequencies(drive)
+    own, lowest = drive.two_pulleys, lowest_frequencies(drive)
     sheet = {"reasons": {}} if own is None else derived_quantities(own).as_dict()
     return sheet | lowest.as_dict() | {"reasons": sheet["reasons"] | lowest.reasons}
 

@@ -9,17 +9,16 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.chain import Chain, own_chain
 from cabledrive.mechanics.datasheet import warnings_of_rest
-from cabledrive.mechanics.network import Network, network_of
+from cabledrive.mechanics.network import Network
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate, Modes
 from cabledrive.modal.motion import Mode
-from cabledrive.modal.networks import network_of_chain, slack_line
+from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.ranges import ALLOWED, INCOMPLETE, lifted_limit, range_limit, route_range_warnings
-from cabledrive.modal.route_network import network_of_drive, network_of_routes
+from cabledrive.modal.route_network import network_at_rest, network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
 from cabledrive.parameters import InputRefused, content_hash
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import two_pulleys
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000
@@ -90,7 +89,7 @@ def modes(
     if isinstance(drive, Chain) or network is None:
         return listed
     found = replace(_limited(listed, spectrum, network), at_torque=at_torque, drive_hash=content_hash(drive))
-    slack = (f"{slack_line(one)}; its transverse modes are not listed" for one in spectrum.network.slack[:1])
+    slack = (f"{one}; its transverse modes are not listed" for one in spectrum.network.slack[:1])
     words = "without the torque " * bool(at_torque)
     at_rest = (f"{words}{line}" for line in warnings_of_rest(drive))
     return replace(found, warnings=(*found.warnings, *at_rest, *slack))
@@ -110,14 +109,9 @@ def spectrum_of(
                 "motor, hold and at_torque are about drives; a chain is held by its fixed ends and grounds"
             )
         return Spectrum(network_of_chain(own_chain(drive))), None
-    loop = two_pulleys(drive)
-    if loop is not None:
-        own, network = network_of_drive(loop, motor=motor, hold=hold, at_torque=at_torque, taut=taut)
-        return Spectrum(own), network
-    if at_torque != 0.0:
-        raise InputRefused("at_torque needs a load pulley that takes it up: give a body the load [N] instead")
-    network = network_of(drive.machine, motor=motor, hold=hold)
-    return Spectrum(network_of_routes(network)), network
+    held = (hold,) if isinstance(hold, str) else hold
+    own, network = network_at_rest(drive.machine, motor=motor, hold=held, at_torque=at_torque, taut=taut)
+    return Spectrum(own), network
 
 
 def straight_limit(network: Network, below: float, *, kind: str | None = None) -> str | None:
@@ -161,7 +155,7 @@ def _limited(listed: Modes, spectrum: Spectrum, network: Network) -> Modes:
     """A list of a machine, certified where its models hold."""
     own, limit = spectrum.network, range_limit(network, listed.modes)
     if own.slack:
-        limit = slack_line(own.slack[0])
+        limit = own.slack[0]
     else:
         limit = lifted_limit(network) or limit
     return replace(

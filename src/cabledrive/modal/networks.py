@@ -10,7 +10,6 @@ from typing import Any
 
 from cabledrive.mechanics.chain import HOLDING_SPRING, LabelledChain
 from cabledrive.mechanics.holding import PULLEYS
-from cabledrive.mechanics.rest import RestingSection
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ALONG, Rope, Row, Wave
 from cabledrive.modal.rows import MASS, SPRING
@@ -33,7 +32,8 @@ class ModalNetwork:
 
     ``by_span``: modes are named by span and coordinate, as of a machine with routes, and not by section and
     joint; ``rims``: the two pulleys after whose motion longitudinal modes are named; ``units``: what
-    a turn of one moves, of all that turns, by name [m/rad]; ``slack``: sections without modes across.
+    a turn of one moves, of all that turns, by name [m/rad]; ``slack``: a sentence each on sections without
+    modes across.
     """
 
     names: tuple[str, ...]
@@ -44,7 +44,7 @@ class ModalNetwork:
     rims: tuple[str, ...] = ()
     units: dict[str, float] = field(default_factory=dict)
     by_span: bool = False
-    slack: tuple[RestingSection, ...] = ()
+    slack: tuple[str, ...] = ()
 
     @property
     def edges(self) -> list[float]:
@@ -132,12 +132,4 @@ def network_of_chain(labelled: LabelledChain, way: str = ALONG) -> ModalNetwork:
         ropes=(),
         fixed=tuple(own for own in fixed if own.factor > 0.0 and own.row),
         rims=tuple(name for name in PULLEYS if name in labelled.joints),
-    )
-
-
-def slack_line(section: RestingSection) -> str:
-    """That a section of a loop or line hangs slack."""
-    return (
-        f"the {section.span} span hangs slack at rest between {section.start:.4g} m and {section.end:.4g} m, "
-        f"lowest tension {section.lowest_tension:.4g} N: raise cable.pretension"
     )

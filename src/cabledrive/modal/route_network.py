@@ -2,19 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
-from cabledrive.mechanics.holding import DRIVE_PULLEY, MOTOR, PULLEYS, held_joints
+from cabledrive.mechanics.holding import MOTOR
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
 from cabledrive.mechanics.network.pieces import Piece, lift_off
-from cabledrive.mechanics.rest import loop_statics, rest_state
+from cabledrive.mechanics.rest import statics_under
 from cabledrive.modal.component import Fixed
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
-from cabledrive.modal.networks import ModalNetwork, PieceOfSpan, slack_line
+from cabledrive.modal.networks import ModalNetwork, PieceOfSpan
 from cabledrive.modal.pieces import End, parts_of_piece, straight_above
 from cabledrive.modal.rows import MASS, SPRING
-from cabledrive.parameters import Drive, NotComputed
+from cabledrive.parameters import NotComputed
+from cabledrive.parameters.route import RoutedDrive
 
 
 def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False) -> ModalNetwork:
@@ -108,65 +110,87 @@ def _edges(net: Network) -> list[float]:
     return found
 
 
-def network_of_drive(
-    drive: Drive,
+def network_at_rest(
+    drive: RoutedDrive,
     *,
     motor: str | None = None,
     hold: Sequence[str] = (),
     at_torque: float = 0.0,
     taut: bool = False,
 ) -> tuple[ModalNetwork, Network]:
-    """A loop or line about its state of rest; ``taut``: what moves along it, without weights.
+    """A machine about its state of rest, its parts called as its file does.
 
-    Named as people call it: pulleys by what their rims move, carriages by numbers, sections by their ends.
+    ``at_torque``: on the first pulley, taken up by the other of two [N m]; ``taut``: without weights, and of
+    two pulleys what moves along the ropes alone.
     """
-    if taut:
-        drive, at_torque = replace(drive, layout=replace(drive.layout, gravity=0.0)), 0.0
-    rest, statics = rest_state(drive, at_torque=at_torque), loop_statics(drive, at_torque)
-    machine = statics.drive
-    slack = tuple(own for own in rest.sections if own.lowest_tension <= 0.0)
-    if slack and not drive.layout.gravity:
-        raise NotComputed(slack_line(slack[0]))
-    carriages = (
-        replace(own, name="", guided=own.guided or taut) if own.name or taut > own.guided else own
-        for own in machine.carriage
+    numbers = [f"carriage {number}" for number in range(len(drive.carriage))]
+    names = [own.name or number for own, number in zip(drive.carriage, numbers, strict=True)]
+    called = numbers if drive.called else names
+    held = dict(zip((*numbers, *names), 2 * called, strict=True))
+    if called != names or taut:
+        parts = zip(drive.carriage, called, strict=True)
+        carriages = tuple(replace(own, name=name, guided=own.guided or taut) for own, name in parts)
+        gravity = 0.0 if taut else drive.layout.gravity
+        drive = replace(drive, layout=replace(drive.layout, gravity=gravity), carriage=carriages)
+    statics = statics_under(drive, at_torque)
+    network = network_of(drive, motor=motor, hold=[held.get(name, name) for name in hold], statics=statics)
+    if not drive.called:
+        return network_of_routes(network), network
+    slack = [_slack(own) for own in network.sections]
+    if any(slack) and not drive.layout.gravity:
+        raise NotComputed(next(filter(None, slack)))
+    lies = [taut or bool(said) for said, own in zip(slack, network.sections, strict=True) for _ in own]
+    return _called(network_of_routes(network), network, lies, tuple(filter(None, slack))), network
+
+
+def _slack(section: list[Piece]) -> str:
+    """That a section hangs slack; nothing of one that does not."""
+    lowest = min(piece.rest.lowest_tension for piece in section)
+    if lowest > 0.0:
+        return ""
+    (start, _), (_, end) = section[0].unstretched, section[-1].unstretched
+    return (
+        f"the {section[0].where.name} span hangs slack at rest between {start:.4g} m and {end:.4g} m, "
+        f"lowest tension {lowest:.4g} N: raise cable.pretension"
     )
-    machine = replace(machine, carriage=tuple(carriages))
-    held = held_joints(drive, hold)
-    network = network_of(machine, motor=motor, hold=sorted(held), statics=replace(statics, drive=machine))
-    found = network_of_routes(network)
-    hangs = [own in slack for own in rest.sections for _ in own.stretches]
-    lies = [taut or own for own in hangs]
-    arms = (-own.radius for own in (*drive.pulley, drive.drive_pulley))
+
+
+def _called(
+    found: ModalNetwork, network: Network, lies: Sequence[bool], slack: tuple[str, ...]
+) -> ModalNetwork:
+    """With pulleys by what their rims move, pieces by the joints of their section, in unstretched lengths.
+
+    ``lies``: pieces across which nothing moves; ``slack``: what is said of those that hang slack.
+    """
+    first = network.drive.pulley[0]
+    rotor, radii = f"rotor of {first.name}", {own.name: -own.radius for own in network.drive.pulley}
     return replace(
         found,
-        names=tuple(
-            MOTOR if name == f"rotor of {DRIVE_PULLEY}" else name.removesuffix(f" {ALONG}")
-            for name in found.names
-        ),
-        pieces=_called(drive, network, held),
+        names=tuple(MOTOR if name == rotor else name.removesuffix(f" {ALONG}") for name in found.names),
+        pieces=_in_sections(network),
         waves=tuple(own for own in found.waves if own.tag[1] == ALONG or not lies[own.tag[0]]),
         ropes=tuple(own for own in found.ropes if not lies[own.tags[0][0]]),
-        rims=PULLEYS,
-        units=dict(zip((*PULLEYS, MOTOR), arms, strict=True)),
+        rims=tuple(radii),
+        units=radii | {MOTOR: radii[first.name]},
         by_span=False,
         slack=slack,
-    ), network
+    )
 
 
-def _called(drive: Drive, network: Network, held: frozenset[str]) -> tuple[PieceOfSpan, ...]:
-    """Pieces of a loop or line by the names of their span, section and joints, in unstretched lengths."""
+def _in_sections(network: Network) -> tuple[PieceOfSpan, ...]:
+    """Pieces by span and joints, each with the places between which it is held across."""
     found: list[PieceOfSpan] = []
-    for span in drive.spans:
-        own = [piece for piece in network.pieces if piece.rest.span == span]
-        numbers = [piece.carriages[0] for piece in own[1:]]
-        names = [f"carriage {i}" for i in numbers]
-        guided = [drive.carriage[i].guided or name in held for i, name in zip(numbers, names, strict=True)]
-        ends = [0.0, *(drive.carriage[i].position for i in numbers), drive.span_length]
-        bounds = [end for end, still in zip(ends[1:], (*guided, True), strict=True) if still]
-        joints, held_at = [PULLEYS[span == "lower"], *names, PULLEYS[span == "upper"]], 0.0
+    drive, motion = network.drive, network.motion
+    for _, group in groupby(network.pieces, key=lambda piece: piece.span):
+        own = list(group)
+        carriages = [(drive.carriage[i], motion.carriage_name(i)) for i in (p.carriages[0] for p in own[1:])]
+        names = [name for _, name in carriages]
+        still = (*(part.guided or name in motion.hold for part, name in carriages), True)
+        ends = [0.0, *(piece.unstretched[1] for piece in own)]
+        bounds = [end for end, held in zip(ends[1:], still, strict=True) if held]
+        joints, held_at = [own[0].where.start.name, *names, own[0].where.end.name], 0.0
         for start, end, near, far in zip(ends[:-1], ends[1:], joints[:-1], joints[1:], strict=True):
-            found.append(PieceOfSpan(span, start, end, (held_at, bounds[0]), (near, far)))
+            found.append(PieceOfSpan(own[0].where.name, start, end, (held_at, bounds[0]), (near, far)))
             if end == bounds[0]:
                 held_at = bounds.pop(0)
     return tuple(found)

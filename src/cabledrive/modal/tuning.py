@@ -31,12 +31,11 @@ from cabledrive.modal.elements import ACROSS, ALONG
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import network_of_chain
-from cabledrive.modal.route_network import network_of_drive, network_of_routes
+from cabledrive.modal.route_network import network_at_rest, network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine
 
 TURNING = 1e-6
 """Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""
@@ -83,7 +82,7 @@ def pulley_mode(drive: Drive) -> PulleyMode:
         raise InputRefused(
             "pulley.0.fixed and pulley.1.fixed are true: no pulley turns, there is no pulley mode; free one"
         )
-    spectrum = Spectrum(network_of_drive(drive, taut=True)[0])
+    spectrum = Spectrum(network_at_rest(drive.machine, taut=True)[0])
     seen, wanted = 0, 2
     while seen < HIGHEST_SEARCHED:
         found = spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0]
@@ -276,7 +275,7 @@ def tuning_factor(drive: Machine, number: int) -> float:
     none = InputRefused(f"no pretension tunes {span}: weights and springs make most of its tension")
 
     def at(power: float) -> RoutedDrive:
-        return as_machine(at_pretensions(drive, exp(power)), turned=True)
+        return at_pretensions(drive, exp(power)).machine
 
     @cache
     def off(power: float) -> float:

@@ -73,6 +73,11 @@ class Drive(MachineBase):
             )
 
     @property
+    def two_pulleys(self) -> "Drive | None":
+        """Itself, but for a lumped chain, which has no spans of its own."""
+        return None if self.chain_of else self
+
+    @property
     def axis(self) -> Axis:
         """The axis that its motor moves: of a machine with routes, or its own load pulley."""
         return self.chain_of or Axis(machine=self, gain=SENSE, words={"motors": {"drive pulley": SENSE}})
@@ -82,7 +87,12 @@ class Drive(MachineBase):
         """It as a machine with routes; where it is a lumped chain, the machine that has it."""
         from cabledrive.parameters.route.two_pulleys import as_machine
 
-        return as_machine(self)
+        return self.chain_of.machine.machine if self.chain_of else as_machine(self)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the cable leads back from the load pulley, as a loop of two spans."""
+        return self.kind == "loop"
 
     @cached_property
     def span_length(self) -> float:
@@ -112,7 +122,7 @@ class Drive(MachineBase):
     @property
     def spans(self) -> tuple[str, ...]:
         """Names of the spans: upper and lower of a loop, upper of a line."""
-        return ("upper", "lower") if self.kind == "loop" else ("upper",)
+        return ("upper", "lower") if self.closed else ("upper",)
 
     def carriage_number(self, name: str) -> int | None:
         """Number of a carriage in the file by its name.

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from cabledrive.mechanics.cable_laws import cable_law
-from cabledrive.mechanics.mesh import ANGLES, Mesh, mesh_of
+from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, not_written, one_process
-from cabledrive.parameters.route.two_pulleys import NAMES
+from cabledrive.parameters.route.two_pulleys import ANGLES, NAMES
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.stretches import StretchModel, numbers_of
 from cabledrive.reduction.uniform_tension import IntegratedMotion, integrate, uniform_tension_model

@@ -16,7 +16,7 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine, RoutedDrive
-from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.fast_simulation import finest_step
 from cabledrive.reduction.network_chain import coupled_modes
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, numbers_of
@@ -54,11 +54,11 @@ class ModalCable:
 def modal_cable(drive: Machine, sines: int = 8) -> ModalCable:
     """The cable of a drive in modes; ``sines``: across each span of a loop that the fast model fits."""
     rate = (drive.sensors.sample_rate if drive.sensors else None) or DEFAULT_RATE
-    loop = two_pulleys(drive)
-    if loop is None or misfit(loop):
-        loaded = loop is not None and not loop.load_pulley.fixed
-        return _network(as_machine(drive, loaded=loaded, turned=True), 1.0 / rate)
-    return _loop(loop, 1.0 / rate, sines)
+    loop = drive.two_pulleys
+    if loop is not None and not misfit(loop):
+        return _loop(loop, 1.0 / rate, sines)
+    turns = loop is not None and not loop.load_pulley.fixed
+    return _network(as_machine(loop, loaded=True) if loop and turns else drive.machine, 1.0 / rate)
 
 
 def _loop(drive: Drive, interval: float, sines: int) -> ModalCable:
@@ -159,8 +159,9 @@ def modal_damping(network: Network, squares: Array, shapes: Array) -> Array:
 def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
     """Torque of each motor, force or torque on each move of a body: rows and names with units."""
     drive, motion = network.drive, network.motion
-    rows: list[Row | str] = [rotor_turn(motion, number) for number in drive.driven]
-    names = [(f"{drive.pulley[number].name}_torque", "N.m") for number in drive.driven]
+    driven = drive.driven or drive.stops
+    rows: list[Row | str] = [rotor_turn(motion, number) for number in driven]
+    names = [(f"{drive.pulley[number].name}_torque", "N.m") for number in driven]
     for body in drive.body:
         for move in body.moves:
             rows.append(f"{body.name}.{move}")

@@ -21,7 +21,6 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import Axis
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import RoutedMotor
-from cabledrive.parameters.route.two_pulleys import two_pulleys
 from cabledrive.reduction.lumped_chain import first_order
 from cabledrive.reduction.network_chain import MOST_CROSS, NetworkChain, modes_at_rest, network_chains
 from cabledrive.reduction.two_motors import is_winched
@@ -39,11 +38,10 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
 
     Without a name the first axis that is a chain. Refused: no such axis, a load not at the end of it.
     """
-    own: Any = drive if getattr(drive, "chain_of", None) else two_pulleys(drive)
-    if own is not None:
-        if axis not in (None, own.axis.load):
+    if isinstance(drive, Drive):
+        if axis not in (None, drive.axis.load):
             raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
-        return drive  # type: ignore[return-value]
+        return drive
     if axis is None and is_winched(drive):
         raise NoChain(
             'kind = "route": two winches move a body, by one law, and no axis: run `cabledrive track DRIVE '

@@ -55,7 +55,7 @@ def transporter_of(
     ``rail_friction`` [N s/m]; the swing has the damping ratio `SWING_RATIO`.
     Raises `InputRefused` if the drive is another kind of machine, or a mass or length is not positive.
     """
-    if drive.kind != "loop" or len(drive.carriage) != 1 or drive.carriage[0].span != "upper":
+    if not drive.closed or len(drive.carriage) != 1 or drive.carriage[0].span != "upper":
         said = f"drive {drive.name!r} is no loop with one carriage on its upper span"
         raise InputRefused(f"{said}: give one, such as dissertation-transporter")
     if drive.motor is None:

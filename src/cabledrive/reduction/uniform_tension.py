@@ -101,7 +101,7 @@ def misfit(drive: Drive) -> str:
     friction = max(pulley.coulomb_friction for pulley in drive.pulley)
     friction = max(friction, drive.motor.coulomb_friction if drive.motor else 0.0)
     whys = (
-        (drive.kind != "loop", f'kind = "{drive.kind}" does not fit the fast model, which needs a loop:'),
+        (not drive.closed, f'kind = "{drive.kind}" does not fit the fast model, which needs a loop:'),
         (drive.carriage, f"carriage: {len(drive.carriage)} given, the fast model carries none:"),
         (
             any(pulley.fixed for pulley in drive.pulley),

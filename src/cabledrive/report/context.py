@@ -12,7 +12,6 @@ from cabledrive.modal import Modes, modes, natural_frequencies
 from cabledrive.modal.natural import spectrum_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import two_pulleys
 from cabledrive.parameters.version import __version__
 from cabledrive.report.words import anchors
 
@@ -55,7 +54,7 @@ def make_context(drives: Sequence[Machine], progress: Callable[[str], None] | No
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
     return ReportContext(
-        machines=tuple(sorted((two_pulleys(own) or own.machine for own in drives), key=_place)),
+        machines=tuple(sorted((own.two_pulleys or own.machine for own in drives), key=_place)),
         progress=progress or (lambda line: None),
     )
 

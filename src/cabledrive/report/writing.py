@@ -15,7 +15,6 @@ from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import two_pulleys
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph
 from cabledrive.report.context import ReportContext, make_context, provenance
 from cabledrive.report.figures.followed import followed_picture, overview_picture
@@ -44,7 +43,7 @@ MOST_CARRIAGES = 500
 
 def effect_of_parameters(context: ReportContext) -> Chapter | None:
     """Frequencies of a machine against pretension and load inertia."""
-    drives = [own for own in map(two_pulleys, context.machines) if own is not None]
+    drives = [own.two_pulleys for own in context.machines if own.two_pulleys]
     if not drives:
         return None
     varied = content_hash(load_drive(VARIED))

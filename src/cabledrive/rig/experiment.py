@@ -33,7 +33,7 @@ def with_load_cell(log: Log, drive: Drive, rng: np.random.Generator) -> Log:
     of the rim.
     """
     noise = None if drive.sensors is None else drive.sensors.load_cell_noise
-    if noise is None or drive.kind != "loop" or drive.chain_of:
+    if noise is None or not drive.closed or drive.chain_of:
         return log
     pull, speed = np.full(len(log), 2.0 * drive.cable.pretension), np.zeros(len(log))
     if "load_angle" in log.channels:

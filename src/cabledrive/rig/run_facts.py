@@ -199,7 +199,7 @@ def plant_words(loop: Loop) -> dict[str, Any]:
 def span_tensions(loop: Loop, log: Array) -> Array | None:
     """Tension of both spans without dampers, shape (samples, 2) [N], at least zero; None without a loop."""
     n, chain, actual = loop.chain.size, loop.chain, loop.spec.actual
-    if "load" not in chain.names or actual.kind != "loop" or loop.own_plant is not None:
+    if "load" not in chain.names or not actual.closed or loop.own_plant is not None:
         return None
     twist = log[:, n - 2] - log[:, n - 1]
     share = chain.stiffness[-1] * twist / (2.0 * actual.drive_pulley.radius)

@@ -110,7 +110,7 @@ def check_motion(drive: Drive, motion: Motion) -> None:
     limits = move_limits(drive)
     demand = peak_demand(limits, motion.angle * DEGREE, motion.rise, motion.rise_order)
     bounds = {"speed": "rad/s", "torque": "N m"}
-    if drive.kind == "loop":
+    if drive.closed:
         bounds["slack_torque"] = "N m"
     for name, unit in bounds.items():
         if demand[name] > getattr(limits, name):

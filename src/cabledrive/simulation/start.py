@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import Model
-from cabledrive.mechanics.mesh import SHAFTS, Divided, Mesh, gradients
+from cabledrive.mechanics.mesh import Divided, Mesh, gradients
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
@@ -212,10 +212,10 @@ def at_start(
     to push at rest.
     """
     places, speeds, law, drive = start.places, start.speeds, laws[0], mesh.network.drive
-    shafts = SHAFTS if SHAFTS[2] in mesh.names else NAMES
+    shafts = [name for _, name in drive.angles]
     if mesh.whole:  # the rotor turns with the drive pulley
         places, speeds = (
-            {name: SENSE * own for name, own in zip(shafts, (turn, load, turn), strict=False) if own}
+            {name: SENSE * own for name, own in zip(shafts, (turn, load, turn), strict=True) if own}
             for turn, load in ((start.drive_angle, start.load_angle), (start.drive_speed, start.load_speed))
         )
     q, q_t = by_name(mesh.names, places, "places"), by_name(mesh.names, speeds, "speeds")
@@ -225,7 +225,7 @@ def at_start(
     if not mesh.whole:
         return x, x_t, q, q_t
     if start.from_equilibrium:
-        ours = [mesh.names.index(name) for name in (NAMES[0], SHAFTS[2]) if name in mesh.names]
+        ours = [mesh.names.index(name) for name in dict.fromkeys(shafts[::2]) if name in mesh.names]
         rubs = mesh.network.rubs
         friction = float(np.sum(rubs.values @ np.abs(rubs.dense[:, ours])))
         rests = abs(holding) <= friction + 1e-6 * law.pretension * drive.pulley[0].radius
@@ -234,8 +234,8 @@ def at_start(
             raise InputRefused(f"{said}; hold the drive pulley")
         if law.tension_only and mesh.network.lowest_tension.min() <= 0.0:
             raise NotComputed("no equilibrium: a piece of the cable hangs slack; raise cable.pretension")
-        if len(shafts) > len(NAMES) and (stiffness := drive.motor[0].joint_stiffness):
-            q[mesh.names.index(SHAFTS[2])] += SENSE * holding / stiffness
+        if shafts[2] != shafts[0] and (stiffness := drive.motor[0].joint_stiffness):
+            q[mesh.names.index(shafts[2])] += SENSE * holding / stiffness
     tension = np.asarray(law.tension(*gradients(mesh, x)))
     least = int(np.argmin(tension))
     if tension[least] < 0.0 and not law.tension_only:

@@ -23,7 +23,6 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.threshold import lost_square
 from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
 from cabledrive.studies.motion_stages import Extremes, interpolated
@@ -137,7 +136,7 @@ def alarm(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5, limit: 
 
 
 def _rubs(drive: Machine) -> bool:
-    return network_of(as_machine(drive, turned=True)).rubs.values.size > 0
+    return network_of(drive.machine).rubs.values.size > 0
 
 
 def _doubts(drive: Machine, motion: PlannedMotion, prepared: PreparedMotion) -> list[str]:

@@ -85,7 +85,7 @@ class Follower:
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
             drive = self._drive_at(value)
-            modes = natural.longitudinal_modes(drive, count=count, taut=True)
+            modes = natural.longitudinal_modes(drive, count=count, taut=bool(drive.machine.called))
             repeats = [mode.multiplicity for mode in modes]
             frequency = np.repeat([mode.frequency for mode in modes], repeats)
             family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
@@ -142,10 +142,10 @@ def mass_weighted_shapes(drive: Machine, modes: tuple[Mode, ...], cells: int) ->
     machine, network = drive.machine, modes[0].network
     masses = [own for own in network.fixed if own.kind == MASS]
     spans = []
-    for name, span in zip(drive.spans, machine.free_spans, strict=True):
-        length = max(piece.end for piece in network.pieces if piece.span == name)
+    for span in machine.free_spans:
+        length = max(piece.end for piece in network.pieces if piece.span == span.name)
         mass = machine.ropes[span.route].density * machine.route[span.route].ropes * length
-        spans.append((name, np.sqrt(mass / cells), (np.arange(cells) + 0.5) * length / cells))
+        spans.append((span.name, np.sqrt(mass / cells), (np.arange(cells) + 0.5) * length / cells))
     columns = []
     for mode in modes:
         still = np.zeros(mode.multiplicity)

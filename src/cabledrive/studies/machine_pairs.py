@@ -12,7 +12,6 @@ from cabledrive.modal.tuning import Pair, at_pretensions, first_modes, pretensio
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.threshold import NEAR, SAFE, joint_threshold
 from cabledrive.reduction.waves import waves_of
 from cabledrive.studies import pair_thresholds as near
@@ -75,7 +74,7 @@ class MachinePairs(NamedTuple):
 
 def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     """Pairs near 1:2 and of sum type, and all with ``tunings``, of a machine whose ropes do not run."""
-    machine = as_machine(drive, turned=True)
+    machine = drive.machine.plain
     near.refuse_running(machine, "a pair of modes")
     network = network_of(machine)
     pulley, lowest = first_modes(network)
@@ -126,7 +125,7 @@ def resonance_of_pairs(drive: Machine, torque: float | None, *, details: bool = 
         verdict = NEAR if verdict == SAFE and pushed >= slack else verdict
     ratio = found.nearest.frequency / found.pulley.frequency
     here = min((torque for _, torque in found.thresholds if torque is not None), default=None)
-    machine = as_machine(drive, turned=True)
+    machine = drive.machine.plain
     number = machine.spans.index(found.nearest.span or "")
     missing, tuned, at_tuning = dict(MISSING), None, None
     try:

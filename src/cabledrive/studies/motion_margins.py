@@ -1,6 +1,5 @@
 """How near a planned motion comes to what ropes, wraps, teeth and motors hold, span by span."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 
@@ -179,16 +178,14 @@ class MotionMargins:
         return next((word for word in (EXCEEDED, UNKNOWN) if word in own), HOLDS)
 
 
-def motion_margins(
-    drive: RoutedDrive, motion: PlannedMotion, *, wraps: Mapping[str, float] | None = None
-) -> MotionMargins:
-    """Margins of ropes, wraps, teeth and motors along a motion; ``wraps``: by pulley [rad]."""
+def motion_margins(drive: RoutedDrive, motion: PlannedMotion) -> MotionMargins:
+    """Margins of ropes, wraps, teeth and motors along a motion."""
     found = motion_tensions(drive, motion)
     spans, motors = _spans(drive, found), _motors(drive, found)
     wrapped = (
         n for n, span in enumerate(drive.free_spans) if span.wrap is not None and span.end.pulley is not None
     )
-    rows = (_pulley(drive, number, found, wraps or {}) for number in wrapped)
+    rows = (_pulley(drive, number, found) for number in wrapped)
     pulleys = tuple(sorted(rows, key=lambda own: np.inf if own.margin is None else own.margin))
     first = found.networks[0]
     rise, risen = (float(np.abs(own - found.rest).max()) for own in (found.even, found.vibrating))
@@ -231,10 +228,8 @@ def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
     return tuple(rows)
 
 
-def _pulley(
-    drive: RoutedDrive, number: int, found: MotionTensions, given: Mapping[str, float]
-) -> PulleyMargin:
-    """The pulley at the end of a span; ``given``: wraps by pulley [rad]."""
+def _pulley(drive: RoutedDrive, number: int, found: MotionTensions) -> PulleyMargin:
+    """The pulley at the end of a span."""
     pieces, span = found.networks[0].pieces, drive.free_spans[number]
     assert span.end.pulley is not None
     pulley, rope = drive.pulley[span.end.pulley], drive.ropes[span.route]
@@ -243,8 +238,6 @@ def _pulley(
     first = min(i for i, piece in enumerate(pieces) if piece.span == after)
     sides = found.vibrating[:, last, 1], found.vibrating[:, first, 0]
     wrap = found.share @ np.array([one.drive.free_spans[number].wrap for one in found.networks], dtype=float)
-    if pulley.name in given:
-        wrap = np.full_like(wrap, given[pulley.name])
     tight, loose = np.maximum(*sides), np.minimum(*sides)
     ratio = np.maximum(tight, 1e-300) / np.maximum(loose, 1e-300)
     needed = np.where(loose > 0.0, np.log(ratio) / wrap, np.inf)

@@ -16,7 +16,6 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.route import Machine, posed
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction.stretches import StretchModel
 from cabledrive.reduction.waves import Waves, waves_of
@@ -100,7 +99,7 @@ class _Course:
     """A machine along a motion: its poses and what it is in each."""
 
     def __init__(self, drive: Machine, motion: PlannedMotion) -> None:
-        self.drive, self.motion, self.machine = drive, motion, as_machine(drive, turned=True)
+        self.drive, self.motion, self.machine = drive, motion, drive.machine
         refuse_running(self.machine, "--motion")
         self.sense = 1.0 if self.machine is drive else SENSE
         places = dict(motion.places)
@@ -117,7 +116,7 @@ class _Course:
         """The machine in a pose, and the torque that holds it there as far as the motion's has it [N m]."""
         drive = drive_at(self.drive, pose)
         load, moved = pose.get("load_torque", 0.0), {k: v for k, v in pose.items() if "." in k}
-        machine = as_machine(drive, turned=True)
+        machine = drive.machine
         torques = {1: SENSE * load} if load else {}
         try:
             machine = posed(machine, moved) if moved else machine

@@ -20,7 +20,7 @@ from cabledrive.modal.tuning import (
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys, two_pulleys
+from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model, split_tunings
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
@@ -95,7 +95,7 @@ def resonance(
     NotComputed
         If a span hangs slack at rest.
     """
-    own = two_pulleys(machine)
+    own = machine.two_pulleys
     if load_torque and own is not None and sags(own):
         raise InputRefused("load_torque is for a straight cable, and a span sags: see `check`; leave it out")
     if not load_torque and (own is None or sags(own)):

@@ -169,7 +169,7 @@ def spot_checks(drive: Drive, growth: GrowthMap, rng: np.random.Generator) -> tu
     Without weight and Coulomb friction; none where spans do not vibrate in their first mode.
     """
     model = autoparametric_model(drive)
-    plain = drive.kind == "loop" and not drive.carriage and all(mode.number == 1 for mode in model.modes)
+    plain = drive.closed and not drive.carriage and all(mode.number == 1 for mode in model.modes)
     taut = np.argwhere(~growth.slack)
     if not plain or taut.size == 0:
         return ()

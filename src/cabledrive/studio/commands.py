@@ -7,7 +7,6 @@ from pathlib import Path
 
 from cabledrive.identification.printer import belt_of, is_printer_file
 from cabledrive.parameters import InputRefused, NotComputed, drive_text
-from cabledrive.parameters.route.two_pulleys import two_pulleys
 from cabledrive.studies.mode_map import coordinates_of
 from cabledrive.studio.library import slug
 from cabledrive.studio.state import Desk, State, arguments, drive_of
@@ -62,7 +61,7 @@ def map_option(desk: Desk, state: State) -> list[str]:
         drive = drive_of(desk.library, state)
     except (InputRefused, NotComputed):
         return ["--map", "map.html"]
-    return [] if two_pulleys(drive) is None else ["--map", "map.html"]
+    return [] if drive.two_pulleys is None else ["--map", "map.html"]
 
 
 def number(text: str, words: str) -> float:

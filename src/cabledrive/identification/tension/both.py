@@ -296,7 +296,7 @@ def tensions_from_load_cell(log: Log, drive: Drive, *, zero: float = 0.0) -> Spa
     InputRefused
         If the drive is no loop, or the log lacks the force.
     """
-    if drive.kind != "loop":
+    if not drive.closed:
         raise InputRefused(f'{drive.name}: kind = "{drive.kind}" has one span: give a loop')
     bandwidth, h, pulley = min(BANDWIDTH, 0.2 * log.sample_rate), log.interval, drive.load_pulley
     force = "load_cell_force" if "load_cell_force" in log.channels else "force"

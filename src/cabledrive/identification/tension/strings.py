@@ -24,7 +24,6 @@ from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 
 HEARD = ("sound", "acceleration")
 """Channels that hear a knock on the machine as well as a span."""
@@ -208,7 +207,7 @@ def tension_from_ping(log: Log, drive: Machine, *, span: str | None = None, sect
 
 def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
     """A span, or its part between guided carriages, as its ping is read: across the plane of the machine."""
-    machine, number = as_machine(drive, turned=True), drive.spans.index(span)
+    machine, number = drive.machine, drive.spans.index(span)
     way = machine.free_spans[number]
     rope, speed = machine.ropes[way.route], machine.route[way.route].speed
     own = [(at, machine.carriage[i]) for i, (on, at) in enumerate(machine.carriage_places) if on == number]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.network.motion import Motion, Row, gravity, sections_of
 from cabledrive.mechanics.network.rest_forces import SINGULAR, RestingStretch, Ropes, solved
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.errors import InputRefused
+from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route import RoutedDrive
 from cabledrive.parameters.route.geometry import Place, Point
@@ -87,28 +87,35 @@ def _passed(piece: RestingStretch, rim: float, *, start: bool) -> float:
 
 
 def statics_of(
-    drive: RoutedDrive, *, held: tuple[int, ...] | None = None, torques: Mapping[int, float] | None = None
+    drive: RoutedDrive,
+    *,
+    held: tuple[int, ...] | None = None,
+    torques: Mapping[int, float] | None = None,
+    pushes: bool = False,
 ) -> Statics:
-    """Tensions at rest; ``held``: numbers of pulleys that something holds, by default those of motors.
+    """Tensions at rest; ``held``: numbers of pulleys that something holds, by default `RoutedDrive.held`.
 
-    ``torques``: on top of what stands on some pulleys [N m].
+    ``torques``: on top of what stands on some pulleys [N m]; ``pushes``: whether a straight rope may, for
+    those who say that it is slack.
     Raises `InputRefused` if no tensions balance the bodies, they are not determined, or one is not positive;
     `NotComputed` if none are found.
     """
-    return _kept_statics(drive, held, tuple((torques or {}).items()))
+    return _kept_statics(drive, held, tuple((torques or {}).items()), pushes)
 
 
-@lru_cache(maxsize=16)  # the network of a machine and its warnings ask for the same
+@lru_cache(maxsize=64)  # the network of a machine and its warnings ask for the same
 def _kept_statics(
-    drive: RoutedDrive, held: tuple[int, ...] | None, torques: tuple[tuple[int, float], ...]
+    drive: RoutedDrive, held: tuple[int, ...] | None, torques: tuple[tuple[int, float], ...], pushes: bool
 ) -> Statics:
     motion = Motion(drive, hold=tuple(drive.pulley[i].name for i in (drive.held if held is None else held)))
     stretches, total = at_rest(drive, motion, dict(torques))
     for span, own in zip(drive.free_spans, stretches, strict=True):
         lowest = min(one.pull for one in own)
-        if not lowest > 0.0:
+        if not (lowest > 0.0 or pushes):
             said = f"span {span.name}: its tension at rest is {lowest:.4g} N, a rope cannot push"
             raise InputRefused(f"{said}: raise pretension, or change masses and loads")
+        if not all(one.straight or min(one.pull, one.length) > 0.0 for one in own):
+            raise NotComputed(f"no state of rest found in which span {span.name} pulls: raise the pretension")
     sprung = {body.name for body in drive.body if body.stiffness > 0.0}
     preload = {
         name: -float(force)

@@ -40,6 +40,10 @@ class RoutedDrive(MachineBase):
     carriage: tuple[RoutedCarriage, ...] = meaning("in the order of the file", ())
     motor: tuple[RoutedMotor, ...] = meaning("in the order of the file", ())
     loads: tuple[int, ...] = field(default=(), metadata={"file": False})  # driven pulleys that nothing holds
+    stops: tuple[int, ...] = field(default=(), metadata={"file": False})  # held at rest without a motor
+    # made of the file of two pulleys: what it calls the free spans, and in records the coordinates
+    called: tuple[str, ...] = field(default=(), metadata={"file": False})
+    angles: tuple[tuple[str, str], ...] = field(default=(), metadata={"file": False})
 
     def __post_init__(self) -> None:
         MachineBase.__post_init__(self)
@@ -65,6 +69,11 @@ class RoutedDrive(MachineBase):
     def machine(self) -> "RoutedDrive":
         """Itself, as `Drive.machine` has it."""
         return self
+
+    @cached_property
+    def plain(self) -> "RoutedDrive":
+        """Itself as if its file listed the routes: spans and coordinates by their own names and senses."""
+        return replace(self, called=(), angles=()) if self.called else self
 
     @cached_property
     def ropes(self) -> tuple[Rope, ...]:
@@ -104,8 +113,8 @@ class RoutedDrive(MachineBase):
 
     @property
     def held(self) -> tuple[int, ...]:
-        """Number of each pulley that its motor holds at rest."""
-        return tuple(number for number in self.driven if number not in self.loads)
+        """Number of each pulley that its motor or a stop holds at rest."""
+        return (*self.stops, *(number for number in self.driven if number not in self.loads))
 
     @property
     def turned(self) -> tuple[int, ...]:
@@ -137,6 +146,13 @@ class RoutedDrive(MachineBase):
         found: list[FreeSpan] = []
         for number, (route, places) in enumerate(zip(self.route, self.places, strict=True)):
             found += spans_of_route(number, route.name, list(places), route.closed, route.crossed)
+        stated = [span.end.pulley is not None and self.pulley[span.end.pulley].wrap_angle for span in found]
+        found = [
+            replace(span, wrap=own) if own and span.wrap is not None else span
+            for span, own in zip(found, stated, strict=True)
+        ]
+        if self.called:
+            return tuple(replace(span, name=own) for span, own in zip(found, self.called, strict=True))
         names = [span.name for span in found]
         return tuple(
             span

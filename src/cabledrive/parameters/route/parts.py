@@ -1,7 +1,7 @@
 """Parts of a machine whose cable's way is listed: bodies, pulleys, anchors, motors, ropes."""
 
 import dataclasses
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from cabledrive.parameters.cable import RIGIDITY, Rope
@@ -115,6 +115,8 @@ class RoutedPulley(Anchor):
         "1", "positive", "friction coefficient of cable on pulley", None
     )
     turns: int = quantity("count", "nonnegative", "full turns of the cable beyond the angle of wrap", 0)
+    # as the file of two pulleys states it, else that of the drawing [rad]
+    wrap_angle: float | None = field(default=None, metadata={"file": False})
 
 
 @described

@@ -11,24 +11,19 @@ from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import Route, RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
 
 NAMES = ("drive pulley", "load pulley")
+ANGLES = ("drive_angle", "load_angle", "motor_angle")
 
 
-def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) -> RoutedDrive:
+def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
     """A drive with two pulleys as a machine with routes; its "upper" span leads from drive to load pulley.
 
-    Of the lumped chain of an axis the machine that has it.
-    If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused. If ``turned``,
-    a motor holds the drive pulley against weights at rest, where the file has none.
+    If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused.
     """
-    if isinstance(drive, RoutedDrive):
-        return drive
-    if drive.chain_of is not None:
-        return as_machine(drive.chain_of.machine)
     if loaded and drive.load_pulley.fixed:
         raise InputRefused("load torque: the load pulley is fixed and takes no torque: leave the column out")
     parts = (drive.drive_pulley, drive.load_pulley)
-    held = drive.motor is not None or loaded or (turned and not drive.drive_pulley.fixed)
-    driven = (held, loaded)
+    motor = drive.motor
+    driven = (motor is not None or loaded, loaded)
     apart = hypot(
         drive.pulley_distance, parts[1].radius - parts[0].radius
     )  # as long as they are, spans touch
@@ -37,19 +32,20 @@ def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) ->
             name=name,
             at=(i * apart, 0.0),
             **_alike(RoutedPulley, part)
-            | ({"inertia": 0.0} if driven[i] and (i == 1 or drive.motor is None) else {}),
+            | ({"inertia": 0.0} if driven[i] and (i == 1 or motor is None) else {}),
         )
         for i, (name, part) in enumerate(zip(NAMES, parts, strict=True))
     )
     motors = []
     for name, part, turns in zip(NAMES, parts, driven, strict=True):
-        if turns and name == NAMES[0] and drive.motor is not None:
-            sensed = {"offset_torque": SENSE * drive.motor.offset_torque + 0.0}
-            motors.append(RoutedMotor(pulley=name, **_alike(RoutedMotor, drive.motor) | sensed))
+        if turns and name == NAMES[0] and motor is not None:
+            sensed = {"offset_torque": SENSE * motor.offset_torque + 0.0}
+            motors.append(RoutedMotor(pulley=name, **_alike(RoutedMotor, motor) | sensed))
         elif turns:  # what gives its torque has the pulley's own inertia
             motors.append(RoutedMotor(pulley=name, inertia=part.inertia))
     beyond = {"upper": 0.0, "lower": drive.pulley_distance}
     rigidity = dict.fromkeys(RIGIDITY) | {"given_rigidity": drive.cable.axial_rigidity}
+    rotor = NAMES[0] if motor is None or motor.joint_stiffness is None else f"rotor of {NAMES[0]}"
     return RoutedDrive(
         name=drive.name,
         title=drive.title,
@@ -65,7 +61,10 @@ def as_machine(drive: Machine, *, loaded: bool = False, turned: bool = False) ->
         ),
         motor=tuple(motors),
         loads=(1,) if loaded else (),
-        route=(Route(name="cable", path=tuple(f"-{name}" for name in NAMES), closed=drive.kind == "loop"),),
+        stops=() if driven[0] or drive.drive_pulley.fixed else (0,),
+        called=drive.spans,
+        angles=tuple(zip(ANGLES, (*NAMES, rotor), strict=True)),
+        route=(Route(name="cable", path=tuple(f"-{name}" for name in NAMES), closed=drive.closed),),
     )
 
 
@@ -74,22 +73,14 @@ def _alike(table: type[Any], part: Any) -> dict[str, Any]:
     return {own.name: getattr(part, own.name) for own in fields(table) if hasattr(part, own.name)}
 
 
-def two_pulleys(drive: Machine) -> Drive | None:
-    """The machine where one cable between two pulleys is all of it, which has formulas; None of any other."""
-    return None if isinstance(drive, RoutedDrive) or drive.chain_of else drive
-
-
 def require_two_pulleys(drive: Machine, what: str, *, chains: bool = False) -> Drive:
     """The drive; refused if it has not the spans of two pulleys that ``what`` needs, or its shafts alone.
 
     ``chains``: the lumped chain of an axis, which has two shafts and no spans, will do.
     """
-    found, chain = two_pulleys(drive), None if isinstance(drive, RoutedDrive) else drive.chain_of
-    if chains and not isinstance(drive, RoutedDrive):
-        return drive
-    if found is None:
-        said = f'kind = "route": {what} takes one cable between two pulleys, kind "loop" or "line" only'
-        if chain is not None:
-            said += f", the axis of {chain.load} is a lumped chain: give its machine, or take a lumped plant"
-        raise InputRefused(said)
-    return found
+    said = f'kind = "route": {what} takes one cable between two pulleys, kind "loop" or "line" only'
+    if isinstance(drive, Drive):
+        if chains or drive.two_pulleys:
+            return drive
+        said += f", the axis of {drive.axis.load} is a lumped chain: give its machine, or take a lumped plant"
+    raise InputRefused(said)

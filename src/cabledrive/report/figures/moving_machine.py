@@ -129,11 +129,11 @@ def draw_machine(sheet: Sheet, drive: Machine, *, moves: bool = False) -> DrawnM
     )
     spans, shares = list[DrawnSpan](), np.linspace(0.0, 1.0, POINTS)
     stretches = statics_of(machine, held=machine.turned).stretches
-    for name, drawn, own in zip(drive.spans, shown.free_spans, stretches, strict=True):
+    for drawn, own in zip(shown.free_spans, stretches, strict=True):
         length = own[-1].end - own[0].start
         at = own[0].start + length * shares
         chord = DrawnSpan(
-            name=name,
+            name=drawn.name,
             points=np.linspace(place(drawn.contacts[0]), place(drawn.contacts[1]), POINTS),
             tension=tension_at(own, at),
         )

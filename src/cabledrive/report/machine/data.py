@@ -121,13 +121,6 @@ class DataSheet(NamedTuple):
         )
 
 
-def stated_wraps(drive: Machine) -> dict[str, float]:
-    """Angles of wrap that the file has, beside its coordinates, by the name of the pulley [rad]."""
-    both = zip(drive.machine.pulley, drive.pulley, strict=True)
-    found = ((named.name, getattr(own, "wrap_angle", None)) for named, own in both)
-    return {name: wrap for name, wrap in found if wrap is not None}
-
-
 OF_ONE_ROPE = (
     *("axial_rigidity", "prestrain", "stretched_mass_per_length"),
     *("axial_wave_speed", "transverse_wave_speed"),
@@ -162,14 +155,7 @@ def data_sheet(drive: Machine) -> DataSheet:
     if "slack_torque" not in derived:
         found, why = _of_ropes(machine, statics)
         derived = found | derived | {"reasons": derived["reasons"] | why}
-    rows = zip(drive.spans, span_rows(machine, statics), strict=True)
-    spans, pulleys = [row | {"name": name} for name, row in rows], pulley_rows(machine, statics)
-    for name, wrap in stated_wraps(drive).items():
-        for row in (own for own in pulleys if own["name"] == name):
-            needed = row["needed_friction"]
-            row |= {"wrap": wrap, "needed_friction": needed and needed * row["wrap"] / wrap}
-        for row in (own for own in spans if own["pulley"] == name):
-            row["wrap"] = wrap
+    spans, pulleys = span_rows(machine, statics), pulley_rows(machine, statics)
     ends = [row[end] for row in spans for end in ("tension_start", "tension_end")]
     derived |= {
         "rigid_body_modes": spectrum_of(drive)[0].rigid_body_modes,

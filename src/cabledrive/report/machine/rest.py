@@ -11,7 +11,6 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.report.blocks import COLOURS, Block, Panel, Plot, in_turn, table
 
 POINTS = 65
@@ -50,15 +49,15 @@ def rest_blocks(drive: Machine, name: str) -> tuple[Block, ...]:
 
     None where the weight changes neither by a thousandth; of many spans those that it changes most.
     """
-    machine = as_machine(drive, turned=True)
+    machine = drive.machine
     if machine.layout.gravity == 0.0:
         return ()
-    found = zip(drive.spans, machine.free_spans, statics_of(machine).stretches, strict=True)
+    found = zip(machine.free_spans, statics_of(machine).stretches, strict=True)
     spans: list[_Hanging] = []
-    for called, span, stretches in found:
+    for span, stretches in found:
         places, depth = sag_of(stretches)
         down = -1.0 if float(np.dot(span.across, gravity(machine))) < 0.0 else 1.0
-        spans.append(_Hanging(called, stretches, places, down * depth))
+        spans.append(_Hanging(span.name, stretches, places, down * depth))
     if max(own.change for own in spans) <= SEEN:
         return ()
     shown = sorted(sorted(spans, key=lambda own: -own.change)[: len(COLOURS)], key=spans.index)

@@ -50,7 +50,7 @@ def plant_chain(drive: Drive, model: int | None) -> LumpedChain:
 
 def slack_twist(drive: Drive, chain: LumpedChain) -> float:
     """Twist between the pulleys at which one span carries no tension [rad]."""
-    if drive.kind != "loop" or "load" not in chain.names or chain.size < 2:
+    if not drive.closed or "load" not in chain.names or chain.size < 2:
         return float("inf")
     return 2.0 * drive.drive_pulley.radius * drive.cable.pretension / chain.stiffness[-1]
 

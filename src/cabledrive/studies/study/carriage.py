@@ -64,8 +64,8 @@ GRAIN, GRAIN_RATIO, GRAVITY = 1e-6, 0.5, 9.81
 def missing_for_carriage(drive: Drive) -> tuple[str, ...]:
     """What the scheduled law of one carriage lacks on a drive, each with what would be needed."""
     found, first, sensors = list[str](), drive.carriage[0], drive.sensors
-    if drive.kind != "loop" or any(pulley.fixed for pulley in drive.pulley):
-        machine = "an open line" if drive.kind != "loop" else "a loop with a fixed pulley"
+    if not drive.closed or any(pulley.fixed for pulley in drive.pulley):
+        machine = "an open line" if not drive.closed else "a loop with a fixed pulley"
         found.append(
             f"carriage control needs a closed loop with two rotating pulleys; this drive is {machine}"
         )

@@ -173,7 +173,7 @@ def demand_of(drive: Drive, motion: Motion, most: tuple[float | None, float | No
     gear = drive.load_pulley.radius / drive.drive_pulley.radius
     through = values_of(drive)["load_inertia"] / gear * motion.trajectory.peak(2)
     asked = {"torque": (np.abs(along).max(), "N m"), "speed": (motion.trajectory.peak(1), "rad/s")}
-    asked |= {"slack_torque": (through, "N m")} if drive.kind == "loop" else {}
+    asked |= {"slack_torque": (through, "N m")} if drive.closed else {}
     ends = {name: float(getattr(limits, name)) for name in asked}
     if slides is not None:
         asked["slip_torque"], ends["slip_torque"] = (through, "N m"), slides

@@ -177,7 +177,7 @@ class Plant:
     @property
     def no_cable(self) -> str:
         """Why there are no plants on the distributed cable."""
-        if self.drive.kind != "loop":
+        if not self.drive.closed:
             return "the cable plant is a loop round two pulleys, this drive is a line"
         if self.known is not None and "slip_torque" in self.known.quantities:
             return "the distributed cable does not slide on its pulleys"
