@@ -203,9 +203,9 @@ def _recorded(names: tuple[str, ...], angles: Sequence[tuple[str, str]]) -> tupl
     """What records call the coordinates, and those by the coordinates; ``angles``: against their sense."""
     if not angles:
         return names, np.eye(len(names))
-    units = dict(zip(names, SENSE * np.eye(len(names)), strict=True))
+    units = dict(zip(names, np.eye(len(names)), strict=True))
     others = {name: row for name, row in units.items() if name not in dict(angles).values()}
-    rows = [units.get(own, np.zeros(len(names))) for _, own in angles]
+    rows = [SENSE * units.get(own, np.zeros(len(names))) for _, own in angles]
     return (*dict(angles), *others), np.stack([*rows, *others.values()])
 
 
