@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import fields
+from math import sin
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,8 @@ Many = tuple[NDArray[np.bool_], dict[str, NDArray[Any]]]
 DEFAULT_COUNT = 6
 STRAIGHT = 1e-3
 """Irvine parameter, with what hangs on it, up to which a rope is straight for its longitudinal modes."""
+EVEN = 1e-5
+"""Share of its rigidity by which a rope's tension may differ along it."""
 SPANS = ("upper", "lower")
 
 
@@ -264,13 +267,18 @@ def _study(row: Row) -> Mapping[str, Any]:
 
 
 def is_straight(drive: Machine) -> bool:
-    """Whether it is a loop or line that sags too little to move a longitudinal mode by some 1e-5."""
+    """Whether it is a loop or line whose weights move a longitudinal mode by no more than some 1e-5.
+
+    By the sag across, and by how much tension, and with it density and length, differs along the ropes.
+    """
     if (loop := drive.two_pulleys) is None:
         return False
-    cable, tension = loop.cable, loop.cable.pretension
-    hung = sum(own.mass for own in loop.carriage if not own.guided)
-    weight = (cable.mass_per_length * loop.span_length + hung) * loop.layout.gravity_across
-    return bool(weight**2 * cable.axial_rigidity <= STRAIGHT * tension**3)
+    cable, tension, layout = loop.cable, loop.cable.pretension, loop.layout
+    rope = cable.mass_per_length * loop.span_length
+    hung = rope + sum(own.mass for own in loop.carriage if not own.guided)
+    borne = (rope + sum(own.mass for own in loop.carriage)) * layout.gravity * abs(sin(layout.inclination))
+    sags = (hung * layout.gravity_across) ** 2 * cable.axial_rigidity > STRAIGHT * tension**3
+    return not sags and borne <= EVEN * cable.axial_rigidity
 
 
 def plain_rows(
@@ -302,11 +310,12 @@ def plain_rows(
     return good, batch_of([longitudinal_chains(drive)[0].chain for drive in found.values()])
 
 
-def _build(drive: Any) -> tuple[Any, ...] | None:
+def _build(drive: Machine) -> tuple[Any, ...] | None:
     """What loops of one batch have in common; None of what is no plain loop."""
-    if not drive.closed or drive.carriage or any(pulley.fixed for pulley in drive.pulley):
+    loop = drive.two_pulleys
+    if loop is None or not loop.closed or loop.carriage or any(pulley.fixed for pulley in loop.pulley):
         return None
-    motor = drive.motor
+    motor = loop.motor
     return (
         motor is not None and motor.joint_stiffness is not None,
         motor is not None and motor.holding_stiffness is not None,
