@@ -240,10 +240,8 @@ def identify(
             return replace(found, check_reason=NOT_MADE["long"])
     read = [log if isinstance(log, Log) else read_log(log, options.columns) for log in given]
     for log in (log for log in read if log.interval >= NO_SERVO):
-        said = (
-            f"{log.source}: median step {log.interval:.4g} s is of no servo log, {NO_SERVO:g} s is too long"
-        )
-        raise InputRefused(f'{said}: head it "time [ms]", or name the unit, as --column "time=time:ms"')
+        said = f"{log.source}: median step {log.interval:.4g} s is of no servo log, {NO_SERVO:g} s is too"
+        raise InputRefused(f'{said} long: head it "time [ms]", or name the unit, as --column "time=time:ms"')
     # Many small decompositions: a second thread gains nothing, and on a busy machine it mostly waits.
     with threadpool_limits(limits=1, user_api="blas"):
         if options.model == TWO_INERTIA:

@@ -16,19 +16,8 @@ from scipy import signal
 
 from cabledrive.answers.figures import Row
 from cabledrive.answers.result import Result
+from cabledrive.identification import printer_spectrum as shaping
 from cabledrive.identification.estimates import Finding
-from cabledrive.identification.printer_spectrum import (
-    HIGHEST,
-    HIGHEST_FREQUENCY,
-    KAISER,
-    PrinterSpectrum,
-    ShaperFit,
-    even_samples,
-    fit_shapers,
-    read_printer_spectrum,
-    remaining_vibration,
-    window_length,
-)
 from cabledrive.identification.spectrum_peaks import SpectrumPeak, spectrum_peaks
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
@@ -65,10 +54,11 @@ class PrinterShaper(Result):
     )
 
     axis: str | None  # "x", "y" or "z"; None: neither given nor in the names of the logs
-    spectra: tuple[PrinterSpectrum, ...]  # one of each log
+    spectra: tuple[shaping.PrinterSpectrum, ...]  # one of each log
     peaks: tuple[SpectrumPeak, ...]  # of every log
-    shapers: tuple[ShaperFit, ...]  # the best of each type
-    recommended: ShaperFit  # with the least score; it is no recommendation where `refused` says why
+    shapers: tuple[shaping.ShaperFit, ...]  # the best of each type
+    # with the least score; it is no recommendation where `refused` says why
+    recommended: shaping.ShaperFit
     # remaining vibration of the recommended one at the damping ratios that were measured
     measured_vibration: float | None
     # damping, corner_speed: of the design [-], [m/s]
@@ -156,15 +146,17 @@ def shaper(
         raise InputRefused(f"corner-speed = {corner_speed:.4g} m/s must lie from 0 to 1 m/s: 5 mm/s is usual")
     if smooth is not None and not (smooth > 0.0 and isfinite(smooth)):
         raise InputRefused(f"max-smoothing = {smooth:.4g} m must be above 0: 0.2 mm is usual")
-    spectra = tuple(read_printer_spectrum(path) for path in paths)
+    spectra = tuple(shaping.read_printer_spectrum(path) for path in paths)
     axis, findings = _axis(spectra, axis)
     peaks = tuple(peak for spectrum in spectra for peak in spectrum_peaks(spectrum))
-    fits, best = fit_shapers(spectra, damping=damping, corner_speed=corner_speed, max_smoothing=smooth)
+    fits, best = shaping.fit_shapers(
+        spectra, damping=damping, corner_speed=corner_speed, max_smoothing=smooth
+    )
     ratios = np.array([peak.damping for peak in peaks if peak.damping is not None])
     left = None
     if ratios.size:
         unit = input_shaper(best.type, 1.0, damping)
-        left = float(remaining_vibration(unit, np.array([best.frequency]), spectra, ratios)[0])
+        left = float(shaping.remaining_vibration(unit, np.array([best.frequency]), spectra, ratios)[0])
     notes = [f"{spectrum.source}: {note}" for spectrum in spectra for note in spectrum.notes]
     if len(spectra) == 1:
         notes.append("one log, one place on the bed: peaks move with the head; give logs of several places")
@@ -186,7 +178,7 @@ def shaper(
     return replace(found, findings=(*findings, *_doubts_of(found)))
 
 
-def _axis(spectra: Sequence[PrinterSpectrum], given: str | None) -> tuple[str | None, list[Finding]]:
+def _axis(spectra: Sequence[shaping.PrinterSpectrum], given: str | None) -> tuple[str | None, list[Finding]]:
     """The axis of all logs, given or after their names, and what contradicts it."""
     named = {spectrum.axis for spectrum in spectra if spectrum.axis is not None}
     if given is not None:
@@ -214,9 +206,13 @@ def _doubts_of(found: PrinterShaper) -> Iterator[Finding]:
             words += "begins: record it to its end, or look for a frame that rocks"
             yield Finding("test-broken-off", words)
     for peak in found.peaks:
-        if peak.frequency > HIGHEST_FREQUENCY:
-            words = f"{peak.source}: the peak at {peak.frequency:.1f} Hz is above {HIGHEST_FREQUENCY:g} Hz, "
-            yield Finding("peak-above-shapers", f"{words}the highest frequency of a shaper in the firmware")
+        if peak.frequency > shaping.HIGHEST_FREQUENCY:
+            words = (
+                f"{peak.source}: the peak at {peak.frequency:.1f} Hz is above {shaping.HIGHEST_FREQUENCY:g} "
+            )
+            yield Finding(
+                "peak-above-shapers", f"{words}Hz, the highest frequency of a shaper in the firmware"
+            )
     if not found.peaks:
         yield Finding("no-peak", "no peak stands out of the spectrum: check that the axis was excited")
     for peak in found.peaks:
@@ -242,8 +238,8 @@ ALIKE = 0.9
 class Belts:
     """The spectra of both belts of a CoreXY, each excited along its own diagonal."""
 
-    a: PrinterSpectrum
-    b: PrinterSpectrum
+    a: shaping.PrinterSpectrum
+    b: shaping.PrinterSpectrum
     peaks_a: tuple[SpectrumPeak, ...]
     peaks_b: tuple[SpectrumPeak, ...]
 
@@ -292,7 +288,7 @@ def printer(logs: Sequence[str | Path], **design: float | None) -> Printer:
     for path in paths.values():
         belt = belt_of(path.name)
         if belt is None:
-            axes.setdefault(read_printer_spectrum(path).axis or "", []).append(path)
+            axes.setdefault(shaping.read_printer_spectrum(path).axis or "", []).append(path)
         elif belt in belts:
             raise InputRefused(f"{path.name}: belt {belt} has {belts[belt].name} already: give one of them")
         else:
@@ -303,22 +299,22 @@ def printer(logs: Sequence[str | Path], **design: float | None) -> Printer:
     found = tuple(shaper(own, axis=name or None, **design) for name, own in sorted(axes.items()))  # type: ignore[arg-type]
     both = None
     if belts:
-        a, b = (read_printer_spectrum(belts[name]) for name in "ab")
+        a, b = (shaping.read_printer_spectrum(belts[name]) for name in "ab")
         both = Belts(a=a, b=b, peaks_a=tuple(spectrum_peaks(a)), peaks_b=tuple(spectrum_peaks(b)))
     return Printer(axes=found, belts=both, paths=paths)
 
 
 def spectrogram(path: Path) -> tuple[Array, Array, Array] | None:
     """Time (m,) [s], frequency (n,) [Hz], level (n, m) [dB of the largest]; None of a spectrum."""
-    found = even_samples(path)
+    found = shaping.even_samples(path)
     if found is None:
         return None
     rate, values = found
-    length = window_length(rate)
+    length, window = shaping.window_length(rate), ("kaiser", shaping.KAISER)
     frequency, time, power = signal.spectrogram(
-        np.array(values), rate, ("kaiser", KAISER), nperseg=length, noverlap=length // 2, detrend="constant"
+        np.array(values), rate, window, nperseg=length, noverlap=length // 2, detrend="constant"
     )
     total = power.sum(axis=0)
-    used = frequency <= HIGHEST
+    used = frequency <= shaping.HIGHEST
     level = 10.0 * np.log10(np.maximum(total[used] / total[used].max(), 1e-6))
     return np.asarray(time), np.asarray(frequency[used]), np.asarray(level)
