@@ -158,7 +158,10 @@ def by_python(numbers, x, inverse_spacing, p):
 def test_kernels_refuse_a_law_that_they_do_not_know(method, number):
     case = case_of(DRIVE, 0.001, scheme=Scheme(segments=12))
     plan, state = case.plan._replace(law=number), case.first_state()
-    inputs, records = (np.zeros((1, 1)), np.zeros((1, 0))), (np.zeros((1, case.width)), np.zeros((0, 3, 25)))
+    inputs, records = (
+        (np.zeros((1, 1)), np.zeros((1, 0))),
+        (np.zeros((1, len(case.channels))), np.zeros((0, 3, 25))),
+    )
     with pytest.raises(ValueError, match="no kernel knows"):
         integrate_steps(method, (plan, state, new_workspace(plan)), inputs, 1, records)
 

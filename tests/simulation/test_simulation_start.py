@@ -273,16 +273,16 @@ def test_a_file_holds_the_dataset_with_units_for_everything(tmp_path):
     path = tmp_path / "run.nc"
     result = simulate(DRIVE, 0.05, **OPTIONS | {"recording": RECORDING, "output": path})
     with xarray.open_dataset(path, engine="h5netcdf") as stored:
-        xarray.testing.assert_identical(stored.drop_attrs(), result.dataset.drop_attrs())
-        assert dict(stored.attrs) == result.dataset.attrs
-        for name, variable in result.dataset.variables.items():
+        xarray.testing.assert_identical(stored.drop_attrs(), result.to_xarray().drop_attrs())
+        assert dict(stored.attrs) == result.to_xarray().attrs
+        for name, variable in result.to_xarray().variables.items():
             assert stored[name].attrs == variable.attrs, name
-    assert {own.name for own in result.channels if " at " not in own.name} < set(result.dataset.data_vars)
-    for name, variable in result.dataset.data_vars.items():
+    assert {own.name for own in result.channels if " at " not in own.name} < set(result.to_xarray().data_vars)
+    for name, variable in result.to_xarray().data_vars.items():
         assert variable.attrs["units"], name
         assert variable.attrs["long_name"], name
-    np.testing.assert_allclose(result.dataset["probe_position"][2:], [0.3, 0.9])
-    assert result.dataset.attrs["drive_hash"] == content_hash(DRIVE)
+    np.testing.assert_allclose(result.to_xarray()["probe_position"][2:], [0.3, 0.9])
+    assert result.to_xarray().attrs["drive_hash"] == content_hash(DRIVE)
 
 
 @pytest.mark.parametrize(("shape", "order"), [("half-sine", 2.0), ("triangle", 1.0)])

@@ -248,9 +248,8 @@ def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference:
     size = len(states)
     x, speed = scaled_states(law, states), states[size // 2]
     signals = reference[:-1] if law.scalars[numbers.BY_REFERENCE] else reference[: size + 1]
-    friction = np.tanh(
-        law.scalars[numbers.SLOPE] * (reference[-1] if law.scalars[numbers.BY_REFERENCE] else speed)
-    )
+    turning = reference[-1] if law.scalars[numbers.BY_REFERENCE] else speed
+    friction = np.tanh(law.scalars[numbers.SLOPE] * turning)
     given = (x, signals, speed, friction)
     phi = backstepping_step(law, estimate, *given).regressors
     slopes = np.zeros((size, len(estimate)))

@@ -19,15 +19,8 @@ import numpy as np
 from scipy.linalg import solve_continuous_are, solve_discrete_are
 from scipy.signal import cont2discrete
 
+from cabledrive.control import reference as target
 from cabledrive.control.numbers import LINEAR, REFERENCE_MODEL, LawNumbers, learning_table
-from cabledrive.control.reference import (
-    AT_ONCE,
-    FlatOutput,
-    ReferenceNumbers,
-    flat_map,
-    joint_motion,
-    reference_numbers,
-)
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
@@ -37,10 +30,10 @@ FRICTION_SLOPE = 50.0
 
 def feedforward_generator(
     chain: LumpedChain,
-    flat: FlatOutput | None,
+    flat: target.FlatOutput | None,
     interval: float,
-    taps: Sequence[tuple[float, float]] = AT_ONCE,
-) -> ReferenceNumbers:
+    taps: Sequence[tuple[float, float]] = target.AT_ONCE,
+) -> target.ReferenceNumbers:
     """The motion of every inertia and the motor torque that it takes, friction included: rows (2n + 1,).
 
     ``flat``: with dampers: the damped inverse; without: the undamped one; none: one rigid inertia.
@@ -53,14 +46,13 @@ def feedforward_generator(
         angle, speed, acceleration = np.eye(2 * n + 1)[:3]
         states, torque = np.array([angle] * n + [speed] * n).T, rigid_inertia(chain) * acceleration
     else:
-        rows, times = flat_map(flat), flat.time_constants.tolist()
-        (states, elastic), speed = joint_motion(flat, rows), rows[:, -2]
+        rows, times = target.flat_map(flat), flat.time_constants.tolist()
+        (states, elastic), speed = target.joint_motion(flat, rows), rows[:, -2]
         torque = chain.inertias[0] * rows[:, -1] + elastic
     table = np.column_stack((states, torque + chain.viscous[0] * speed))
     friction = [(chain.coulomb[0], FRICTION_SLOPE, 2 * n, n)] if chain.coulomb[0] > 0.0 else []
-    return reference_numbers(table.T, times, interval, taps=taps, friction=friction)._replace(
-        constant=constant
-    )
+    made = target.reference_numbers(table.T, times, interval, taps=taps, friction=friction)
+    return made._replace(constant=constant)
 
 
 def rigid_inertia(chain: LumpedChain) -> float:
@@ -178,14 +170,15 @@ def reference_model_law(
     """
     width = np.maximum(high - low, 0.0)
     gain = rate * width**2 / max(float((width * largest) @ (width * largest)), 1e-300)
-    return feedback._replace(
-        kind=REFERENCE_MODEL, learning=learning_table(np.zeros(len(low)), low, high, gain)
-    )
+    table = learning_table(np.zeros(len(low)), low, high, gain)
+    return feedback._replace(kind=REFERENCE_MODEL, learning=table)
 
 
-def reference_model_generator(chain: LumpedChain, flat: FlatOutput, interval: float) -> ReferenceNumbers:
+def reference_model_generator(
+    chain: LumpedChain, flat: target.FlatOutput, interval: float
+) -> target.ReferenceNumbers:
     """The feedforward's row with motor acceleration, speed w, tanh(K w) along the reference, and 1."""
-    plain, rows = feedforward_generator(chain, flat, interval), flat_map(flat)
+    plain, rows = feedforward_generator(chain, flat, interval), target.flat_map(flat)
     width, before = len(rows), len(plain.output)
     functions = np.zeros((4, plain.output.shape[1]))
     functions[:2, -width:] = rows[:, [-1, -2]].T  # of the last stage, whose filters have been passed

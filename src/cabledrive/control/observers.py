@@ -36,7 +36,7 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 from scipy.linalg.lapack import dposv
 
-from cabledrive.control.numbers import DIFFERENCE, IDEAL, KALMAN, ObserverNumbers
+from cabledrive.control.numbers import KALMAN, ObserverNumbers
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
@@ -206,30 +206,15 @@ def settled_gain(transition: Array, noise: Array, output: Array, reading: Array)
     return np.asarray(np.linalg.solve(spread, output @ covariance).T[None])
 
 
-def filtered_difference(
-    encoders: Sequence[int], interval: float, *, chosen: Sequence[int]
-) -> ObserverNumbers:
-    """Speeds by differences of the encoders' readings through a first-order filter at `CUT_OFF`."""
-    places = list(encoders)
-    missing = [inertia for inertia in chosen if inertia not in places]
-    if missing:
-        raise InputRefused(f"inertia {missing[0] + 1} of the chain has no encoder: take the Kalman filter")
-    numbers = [places.index(inertia) for inertia in chosen]
-    m = len(places)
-    share = 1.0 - exp(-2.0 * pi * CUT_OFF * interval)
-    return _plain(DIFFERENCE, interval, [*numbers, *(m + i for i in numbers)], share)
+def plain_observer(kind: int, count: int, interval: float, chosen: Sequence[int]) -> ObserverNumbers:
+    """Some ``chosen`` of a ``count`` of true angles and speeds, or speeds by differences of readings.
 
-
-def ideal_states(n: int, interval: float, *, chosen: Sequence[int]) -> ObserverNumbers:
-    """No observer: the law sees the true angles and speeds of ``chosen`` ones of n inertias."""
-    return _plain(IDEAL, interval, [*chosen, *(n + i for i in chosen)])
-
-
-def _plain(kind: int, interval: float, chosen: Sequence[int], share: float = 1.0) -> ObserverNumbers:
-    square = np.zeros((0, 0))
+    These differences go through a first-order filter at `CUT_OFF`.
+    """
+    square, share = np.zeros((0, 0)), 1.0 - exp(-2.0 * pi * CUT_OFF * interval)
     return ObserverNumbers(
         kind=kind,
-        chosen=np.array(chosen, dtype=np.int64),
+        chosen=np.array([*chosen, *(count + i for i in chosen)], dtype=np.int64),
         places=np.zeros(2, dtype=np.int64),
         model=square,
         output=square,

@@ -10,14 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from cabledrive.control.controller_kernels import (
-    PathState,
-    new_target_state,
-    own_target_step,
-    path_row,
-    start_target,
-    target_step,
-)
+from cabledrive.control import controller_kernels as control
 from cabledrive.control.numbers import start_estimates
 from cabledrive.control.own_controller import stepped
 from cabledrive.control.reference import MotionNumbers, new_reference_state
@@ -145,18 +138,18 @@ class TargetKernel(NamedTuple):
 def target_kernel(law: ControllerFile) -> TargetKernel:
     """The kernels of a controller; refused: a user's gains that are no numbers, a step that returns none."""
     if law.own is None:
-        state = new_target_state(law.observer, law.law, law.late_samples)
+        state = control.new_target_state(law.observer, law.law, law.late_samples)
         numbers = {"observer": law.observer, "law": law.law}
-        return TargetKernel(target_step, numbers, state, start_estimates(law.law))
+        return TargetKernel(control.target_step, numbers, state, start_estimates(law.law))
     begin, filtered = np.array(law.own.initial_state, dtype=np.float64), law.own.measures == "states"
     gains = as_numbers(law.own.gains, law.name)
     seen = len(law.observer.chosen if filtered else law.observer.output)
     tried = replace(law.own, gains=gains)
     stepped(tried, begin.copy(), np.zeros(seen), np.zeros(len(law.columns)), "when it was tried on zeros")
     sizes = (len(begin), seen, len(law.columns))
-    state = new_target_state(law.observer, law.law, law.late_samples, sizes)
+    state = control.new_target_state(law.observer, law.law, law.late_samples, sizes)
     numbers = {"observer": law.observer, "own_numbers": gains}
-    return TargetKernel(own_target_step(law.own.step, filtered), numbers, state, begin)
+    return TargetKernel(control.own_target_step(law.own.step, filtered), numbers, state, begin)
 
 
 def as_numbers(gains: Any, name: str) -> Any:
@@ -207,7 +200,7 @@ def controller_block(source: ExportSource, tolerance: float | None = None) -> Bl
     y = _named("y", len(law.encoders))
     program.tables["START"] = (kernel.begin, "estimates or memory to begin with")
     limit = _named(program.precision.literal(law.torque_limit))
-    began, start_call = program.root(start_target, [_named("START", len(kernel.begin)), c, y])
+    began, start_call = program.root(control.start_target, [_named("START", len(kernel.begin)), c, y])
     step, step_call = program.root(kernel.step, [*numbers, limit, c, y, _named("ref", 1, len(law.columns))])
     if not (began.written and step.written):
         raise NotComputed("the controller keeps no state: its kernels are not those of a target")
@@ -220,7 +213,7 @@ def controller_block(source: ExportSource, tolerance: float | None = None) -> Bl
         )
         path = program.state("cd_reference", "path", path_state(law))
         reference, row = program.frozen("reference", law.reference), _named("ref", len(law.columns))
-        _, row_call = program.root(path_row, [reference, path, _named("time"), row])
+        _, row_call = program.root(control.path_row, [reference, path, _named("time"), row])
         words |= {"order": order, "row_call": row_call}
     variables = [
         *(given(f"{name}_encoder", "rad", "angle read") for name in law.encoders),
@@ -237,16 +230,16 @@ def needed_rise(law: ControllerFile) -> int:
     return law.order or max(9, 2 * law.reference.derivatives - 1)
 
 
-def path_state(law: ControllerFile) -> PathState:
+def path_state(law: ControllerFile) -> control.PathState:
     """A motion and its generator, at rest."""
     assert law.reference is not None
     motion = MotionNumbers(np.array(rise_coefficients(needed_rise(law))), scalars=np.zeros(4))
-    return PathState(motion=motion, generator=new_reference_state(law.reference))
+    return control.PathState(motion=motion, generator=new_reference_state(law.reference))
 
 
 def new_loop(law: ControllerFile, plant: Loop) -> LoopTarget:
     """A closed loop at rest, before a motion is given."""
-    target = new_target_state(law.observer, law.law, law.late_samples)
+    target = control.new_target_state(law.observer, law.law, law.late_samples)
     target.datum[:] = np.nan
     start = start_estimates(law.law)
     target.controller.parameters[: len(start)] = start

@@ -13,14 +13,7 @@ import numpy as np
 from cabledrive.control.controller_kernels import PathState, path_row, start_target
 from cabledrive.control.numbers import HIGH, LOW, SCHEDULED
 from cabledrive.control.reference_kernels import set_motion
-from cabledrive.export.blocks import (
-    Block,
-    controller_block,
-    new_loop,
-    path_state,
-    system_block,
-    target_kernel,
-)
+from cabledrive.export import blocks
 from cabledrive.export.source import NOTE, ExportSource, plant_loop
 from cabledrive.export.translation.nodes import mentions
 from cabledrive.export.translation.source import interpreted
@@ -39,7 +32,7 @@ MOTION = (0.5, 0.03, 0.01, 1)
 
 def controller_package(source: ExportSource, tolerance: float | None = None) -> dict[str, str]:
     """Files of a controller in C99, by name; ``tolerance``: of one written for single precision [N m]."""
-    block, law = controller_block(source, tolerance), source.law
+    block, law = blocks.controller_block(source, tolerance), source.law
     files = _packaged(source, block, "check.c.jinja", self_test(law).csv(law.encoders, law.columns))
     program, state, code = block.program, block.program.records["cd_law"], files[f"{block.file}.c"]
     size = 4 if program.precision.single else 8
@@ -65,12 +58,12 @@ def controller_package(source: ExportSource, tolerance: float | None = None) -> 
 def system_package(source: ExportSource, what: str) -> dict[str, str]:
     """Files of a plant or loop in C99, by name; its self-test pushes it by random torques."""
     inputs = ("u [N m]", "motor_torque [N m]", "load_torque [N m]")[what == "loop" :]
-    block, law, plant = system_block(source, what), source.law, plant_loop(source)
+    block, law, plant = blocks.system_block(source, what), source.law, plant_loop(source)
     strength = np.array([0.3, 0.02, 0.02])[-len(inputs) :]
     noise = np.random.default_rng(SEED).standard_normal((SYSTEM_SAMPLES // 10, len(inputs)))
     torques = np.repeat(strength * noise, 10, axis=0)
     numbers: tuple[Any, ...] = (plant.plant, plant.rig)
-    state: Any = new_plant_state(*numbers) if what == "plant" else new_loop(law, plant)
+    state: Any = new_plant_state(*numbers) if what == "plant" else blocks.new_loop(law, plant)
     step, moved = interpreted(plant_step), state
     if what == "loop":
         step, moved = interpreted(loop_step), state.plant
@@ -86,7 +79,9 @@ def system_package(source: ExportSource, what: str) -> dict[str, str]:
     return files | {"README.md": block.rendered("README_system.md.jinja", note=NOTE)}
 
 
-def _packaged(source: ExportSource, block: Block, check: str, vectors: str, **words: Any) -> dict[str, str]:
+def _packaged(
+    source: ExportSource, block: blocks.Block, check: str, vectors: str, **words: Any
+) -> dict[str, str]:
     files = block.code() | {
         "check.c": block.rendered(check, **words),
         "vectors.csv": vectors,
@@ -127,7 +122,7 @@ def self_test(law: ControllerFile, samples: int = SAMPLES) -> Vectors:
 
 def started_path(law: ControllerFile, samples: int) -> PathState:
     """The generator at the start of a pulse that fills most of the samples."""
-    path, time = path_state(law), samples * law.sample_time
+    path, time = blocks.path_state(law), samples * law.sample_time
     path.motion.scalars[:] = (0.02 * law.load_gear, 0.4 * time, 0.1 * time, 1)
     return path
 
@@ -175,7 +170,7 @@ def commands_of(
     law: ControllerFile, readings: Array, references: Array, kind: Any = np.float64
 ) -> tuple[Array, Array]:
     """Commands [N m] of the interpreted kernels and where the last was kept; ``kind``: state's precision."""
-    kernel = target_kernel(law)
+    kernel = blocks.target_kernel(law)
     state, numbers = as_type(kernel.state, kind), kernel.numbers.values()
     readings, references = readings.astype(kind), references.astype(kind)
     interpreted(start_target)(kernel.begin.astype(kind), state, readings[0])

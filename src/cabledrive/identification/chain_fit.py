@@ -106,9 +106,8 @@ class ChainModel:
         given, low, high = np.array([(start[s.name], s.low, s.high) for s in self.free]).T
         share, margin = 1.0 + 1e-6 * self.positive, np.where(self.positive, 0.0, 1e-9 * (high - low))
         begin = np.clip(given, low * share + margin, high / share - margin)
-        return [
-            np.where(self.positive, np.log(np.where(self.positive, r, 1.0)), r) for r in (begin, low, high)
-        ]
+        rows = np.array([begin, low, high])
+        return list(np.where(self.positive, np.log(np.where(self.positive, rows, 1.0)), rows))
 
     def values_at(self, place: Array) -> dict[str, float]:
         """Parameters at a place (p,) of the search."""

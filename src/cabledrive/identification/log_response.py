@@ -120,9 +120,8 @@ def response(
     return response_by_segments(source, target, log.interval, window, estimator=estimator, robust=robust)
 
 
-FREQUENCIES = dict.fromkeys(("omega", "w"), "rad/s") | dict.fromkeys(
-    ("frequency", "frequency_hz", "f", "freq"), "Hz"
-)
+IN_HERTZ = ("frequency", "frequency_hz", "f", "freq")
+FREQUENCIES = dict.fromkeys(("omega", "w"), "rad/s") | dict.fromkeys(IN_HERTZ, "Hz")
 MAGNITUDES = ("magnitude", "gain", "amplitude", "mag")
 PHASES = {"phase": "rad", "phase_deg": "deg"}
 SAME = 1e-6

@@ -206,9 +206,8 @@ def without_slip(sides: Sequence[TwoSides]) -> tuple[list[TwoSides], Slip | None
     sure = [slip for share in AT_THE_LIMIT if (slip := _sliding(motions, share)) is not None]
     pulls = [m["pull"] for m in motions]
     for _ in range(ROUNDS):  # less what damper and friction take of the pull, once that is known
-        paths = [
-            np.cumsum(p * np.abs(m["near"])) * m["interval"] for p, m in zip(pulls, motions, strict=True)
-        ]
+        both = zip(pulls, motions, strict=True)
+        paths = [np.cumsum(pull * np.abs(m["near"])) * m["interval"] for pull, m in both]
         fit, value, error, left = _twist(motions, paths)
         if value > SURE * error and left < EXPLAINS:
             pairs, share = zip(paths, motions, strict=True), float(fit.values[-2])
@@ -267,8 +266,7 @@ def _twist(motions: Sequence[Mapping[str, Array]], paths: Sequence[Array]) -> tu
         rows = rows[edge:-edge:step] - rows[edge:-edge:step].mean(axis=0)
         parts.append(estimates.factor(rows[:, :-1], rows[:, -1], (*BESIDE, "slip"), 60))
     whole = estimates.joined(parts)
-    fit, plain = (
-        estimates.solve(estimates.suited_segments(one)) for one in (whole, estimates.only(whole, BESIDE))
-    )
+    both = whole, estimates.only(whole, BESIDE)
+    fit, plain = (estimates.solve(estimates.suited_segments(one)) for one in both)
     left = (fit.residual / plain.residual) ** 2 if plain.residual > 0.0 else 1.0
     return fit, float(fit.values[-1]), float(np.sqrt(fit.covariance[-1, -1])), left

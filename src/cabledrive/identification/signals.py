@@ -204,9 +204,8 @@ class FrequencyResponse(Result):
     @property
     def noise(self) -> Array:
         """Standard deviation (m,) by noise alone, without what windows smooth away."""
-        return self.magnitude * np.sqrt(
-            (1 - self.coherence) / np.maximum(self.coherence, 1e-12) / self.averages
-        )
+        noisy = (1 - self.coherence) / np.maximum(self.coherence, 1e-12)
+        return self.magnitude * np.sqrt(noisy / self.averages)
 
     def kept(self, keep: NDArray[np.bool_]) -> "FrequencyResponse":
         """Some of its lines, (m,)."""
@@ -254,9 +253,8 @@ def response_by_segments(
         raise InputRefused("the input is constant: a response needs an excitation")
     hann = signal.get_window("hann", length)
     rows = starts[:, None] + np.arange(length)
-    u, y = (
-        np.fft.rfft(signal.detrend(values[rows], axis=1) * hann, axis=1)[:, 1:] for values in (input_, output)
-    )
+    windows = (signal.detrend(values[rows], axis=1) * hann for values in (input_, output))
+    u, y = (np.fft.rfft(own, axis=1)[:, 1:] for own in windows)
     keep, excess = explained_records(input_, output, starts, length)
     keep = keep | (not robust)
     records, shared = int(keep.sum()), 0.0  # of overlapping windows, so many averages are independent
@@ -265,7 +263,7 @@ def response_by_segments(
         shared += (1 - k / records) * overlapping**2
     averages = records / (1 + 2 * shared)
     frequency = np.asarray(np.fft.rfftfreq(length, interval)[1:], dtype=float)
-    found = replace(_estimated(frequency, u[keep], y[keep], averages, estimator), left_out=int((~keep).sum()))
+    h, coherence = _estimated(u[keep], y[keep], estimator)
     reason, blows = "the output moves as neither the input nor its own past explains", []
     used = np.ones(input_.size, dtype=bool)
     for number in np.flatnonzero(~keep):
@@ -279,14 +277,20 @@ def response_by_segments(
     if estimator != "H1":  # with the noise where the estimator has it: at the input, or at both
         back = 1.0 / local_response(*pair[::-1], interval * frequency, segment / interval)
         near = back if estimator == "H2" else near * np.sqrt(np.abs(back / near))
-    deviation = np.hypot(found.noise, np.abs(near - found.response))
-    return replace(found, blows=tuple(blows), deviation=deviation)
+    found = FrequencyResponse(
+        frequency=frequency,
+        response=h,
+        deviation=np.abs(near - h),
+        coherence=coherence,
+        averages=averages,
+        left_out=len(blows),
+        blows=tuple(blows),
+    )
+    return replace(found, deviation=np.hypot(found.noise, found.deviation))
 
 
-def _estimated(
-    frequency: Array, u: Complex, y: Complex, averages: float, estimator: str
-) -> FrequencyResponse:
-    """From the spectra of records, each (records, m)."""
+def _estimated(u: Complex, y: Complex, estimator: str) -> tuple[Complex, Array]:
+    """Response and coherence, each (m,), from the spectra of records, each (records, m)."""
     uu, yy = (np.abs(u) ** 2).mean(axis=0), (np.abs(y) ** 2).mean(axis=0)
     uy = (np.conj(u) * y).mean(axis=0)
     tiny = 1e-300
@@ -299,13 +303,7 @@ def _estimated(
         more, cross = yy / np.maximum(scale, tiny) ** 2 - uu, np.abs(uy) / np.maximum(scale, tiny)
         gain = (more + np.sqrt(more**2 + 4 * cross**2)) / (2 * np.maximum(cross, tiny))
         h = gain * scale * np.exp(1j * np.angle(uy))
-    return FrequencyResponse(
-        frequency=frequency,
-        response=h,
-        deviation=np.zeros(h.size),
-        coherence=coherence,
-        averages=averages,
-    )
+    return h, coherence
 
 
 def local_response(input_: Array, output: Array, frequency: Array, segment: float) -> Complex:

@@ -6,18 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from cabledrive.answers.figures import fields_by_key
+from cabledrive.parameters import drive_parts as parts
 from cabledrive.parameters.cable import Cable, Rope, with_type
 from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.drive_parts import (
-    Carriage,
-    Goal,
-    Layout,
-    Lumped,
-    Motor,
-    Pulley,
-    Sensors,
-    StatedExcitation,
-)
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import kind_of, nearest, written
 from cabledrive.parameters.machine import SCHEMA_VERSION, WORDS, check_count
@@ -34,14 +25,14 @@ from cabledrive.parameters.route.parts import (
 from cabledrive.parameters.units import to_si
 
 TABLES: dict[type, dict[str, type]] = {
-    Drive: {"cable": Cable, "layout": Layout, "motor": Motor, "lumped": Lumped},
+    Drive: {"cable": Cable, "layout": parts.Layout, "motor": parts.Motor, "lumped": parts.Lumped},
     RoutedDrive: {"cable": Rope, "layout": RouteLayout},
 }
 """Tables that stand in a file once, by the kind of machine."""
 for _tables in TABLES.values():
-    _tables |= {"sensors": Sensors, "goal": Goal, "excitation": StatedExcitation}
+    _tables |= {"sensors": parts.Sensors, "goal": parts.Goal, "excitation": parts.StatedExcitation}
 ARRAYS: dict[type, dict[str, type]] = {
-    Drive: {"pulley": Pulley, "carriage": Carriage},
+    Drive: {"pulley": parts.Pulley, "carriage": parts.Carriage},
     RoutedDrive: {"body": Body, "pulley": RoutedPulley, "anchor": Anchor, "route": Route}
     | {"carriage": RoutedCarriage, "motor": RoutedMotor},
 }

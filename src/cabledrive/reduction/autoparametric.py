@@ -24,17 +24,8 @@ from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.tuning import PulleyMode, pulley_mode, rims_of
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction import transverse_sections as across
 from cabledrive.reduction.stretches import StretchModel
-from cabledrive.reduction.transverse_sections import (
-    PLANES,
-    TransverseMode,
-    coupling_of,
-    frequency_shift,
-    largest_slope,
-    nearest_section,
-    span_tensions,
-    stiffening_of,
-)
 
 
 def scaled_rims(pulley: PulleyMode) -> tuple[Array, float]:
@@ -65,7 +56,7 @@ class AutoparametricModel:
     rigid_damping: float  # c11 [N s/m]
     cross_damping: float  # c12 [N s/m]
     coulomb_force: float  # sum of c phi / r over the shafts: Coulomb friction that opposes q [N]
-    modes: tuple[TransverseMode, ...]
+    modes: tuple[across.TransverseMode, ...]
     transverse: Array  # (J,): frequencies w [rad/s]
     transverse_mass: Array  # (J,) [kg]
     transverse_damping: float  # Gamma of the cable [1/s]
@@ -87,7 +78,7 @@ class AutoparametricModel:
     @property
     def sections(self) -> int:
         """Number of vibrating sections: transverse modes in one plane."""
-        return sum(mode.plane == PLANES[0] for mode in self.modes)
+        return sum(mode.plane == across.PLANES[0] for mode in self.modes)
 
 
 def autoparametric_model(
@@ -108,20 +99,20 @@ def autoparametric_model(
     Raises `InputRefused` if no pulley can turn, or the steady torque takes a span's tension away;
     `NotComputed` if a section hangs slack at rest.
     """
-    tensions = span_tensions(drive, load_torque)
+    tensions = across.span_tensions(drive, load_torque)
     pulley = pulley_mode(drive)
     moved, factor = scaled_rims(pulley)
     along = [replace(wave, slope=factor * wave.slope) for wave in pulley.mode.slope_waves(pulley.shape)]
     mass = factor**2
     strings, slack = _strings(drive, load_torque, along) if at_rest else (transverse_chains(drive), None)
-    sections = [nearest_section(chain, pulley.omega, number) for chain in strings]
-    coupling = coupling_of(drive, along, sections)
-    uneven, shared = stiffening_of(drive, coupling, sections, mass * pulley.omega**2)
+    sections = [across.nearest_section(chain, pulley.omega, number) for chain in strings]
+    coupling = across.coupling_of(drive, along, sections)
+    uneven, shared = across.stiffening_of(drive, coupling, sections, mass * pulley.omega**2)
     shafts = [(viscous, coulomb, float(way @ moved)) for viscous, coulomb, way in shaft_frictions(drive)]
     free = not any(p.fixed for p in drive.pulley) and motor_condition(drive) == FREE
     rest, rigidity = drive.cable.pretension, drive.cable.axial_rigidity
     own = np.array([tensions[part.label.span] for part in sections])
-    shift = frequency_shift(own, rest, rigidity)
+    shift = across.frequency_shift(own, rest, rigidity)
     if slack is not None:
         force = np.array([string.chain.rigidity for string in strings])
         own, shift = force / (1.0 - force / rigidity), np.ones(len(sections))
@@ -136,7 +127,9 @@ def autoparametric_model(
         rigid_damping=sum(viscous for viscous, _, _ in shafts[:3]) if free else 0.0,
         cross_damping=sum(viscous * shape for viscous, _, shape in shafts[:3]) if free else 0.0,
         coulomb_force=sum(coulomb * abs(shape) for _, coulomb, shape in shafts),
-        modes=tuple(replace(part.label, plane=plane) for plane in PLANES[:planes] for part in sections),
+        modes=tuple(
+            replace(part.label, plane=plane) for plane in across.PLANES[:planes] for part in sections
+        ),
         transverse=np.tile([part.omega for part in sections] * shift, planes),
         transverse_mass=np.tile([part.mass for part in sections], planes),
         transverse_damping=drive.cable.transverse_damping,
@@ -144,7 +137,7 @@ def autoparametric_model(
         coupling=np.tile(coupling, planes),
         stiffening=np.tile(np.diag(uneven) + shared, (planes, planes)),
         slack_amplitude=slack
-        or min(tensions[span] / (rigidity * largest_slope(along, span)) for span in drive.spans),
+        or min(tensions[span] / (rigidity * across.largest_slope(along, span)) for span in drive.spans),
         uneven=np.tile(uneven, planes),
         load_radius=drive.load_pulley.radius,
         pretension=drive.cable.pretension,
@@ -160,7 +153,7 @@ def _strings(
     rest = rest_state(drive, at_torque=-load_torque * drive.drive_pulley.radius / drive.load_pulley.radius)
     strings = transverse_chains(drive, rest=rest)
     slack = min(
-        section.lowest_tension / (drive.cable.axial_rigidity * largest_slope(along, section.span))
+        section.lowest_tension / (drive.cable.axial_rigidity * across.largest_slope(along, section.span))
         for section in rest.sections
     )
     return strings, slack
@@ -207,8 +200,8 @@ def at_pretension(model: AutoparametricModel, pretension: Array | float) -> Auto
     stretch = (1.0 + tension / rigidity) / (1.0 + model.pretension / rigidity)
     lanes = (slice(None), *[None] * tension.ndim)
     offset = model.tension_offset[lanes]
-    old = frequency_shift(model.pretension + model.tension_offset, model.pretension, rigidity)
-    new = frequency_shift(tension + offset, tension, rigidity)
+    old = across.frequency_shift(model.pretension + model.tension_offset, model.pretension, rigidity)
+    new = across.frequency_shift(tension + offset, tension, rigidity)
     force = tension / model.pretension / stretch
     n, planes = model.sections, model.uneven.size // model.sections
     own = np.tile(np.diag(model.uneven[:n]), (planes, planes))  # uneven part of N: planes share it

@@ -13,14 +13,7 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.version import __version__
-from cabledrive.reduction.fast_simulation import (
-    SPANS,
-    FastScheme,
-    check_band,
-    grid_of,
-    start_amplitudes,
-    why_not,
-)
+from cabledrive.reduction import fast_simulation as fast
 from cabledrive.reduction.stretch_runs import ensemble_run
 from cabledrive.reduction.stretches import StretchModel, in_lanes, numbers_of
 from cabledrive.reduction.uniform_tension import uniform_tension_model
@@ -51,7 +44,7 @@ def fast_ensemble(
     *,
     common: Mapping[str, float] | None = None,
     pluck_shape: str = "half-sine",
-    scheme: FastScheme | None = None,
+    scheme: fast.FastScheme | None = None,
     rate: float = 100.0,
     threads: int | None = None,
 ) -> "xarray.Dataset":
@@ -93,18 +86,18 @@ def fast_ensemble(
         If an axis is unknown or empty, a member does not fit the model, or the result does not fit into
         memory.
     """
-    scheme = scheme or FastScheme()
+    scheme = scheme or fast.FastScheme()
     values, members = _members(axes, common or {}, duration * rate)
     keys = [tuple(member.get(name) for name in OF_THE_DRIVE) for member in members]
     drives = {key: _varied(drive, member) for key, member in zip(keys, members, strict=True)}
     models = {key: uniform_tension_model(own, scheme.sines) for key, own in drives.items()}
-    grids = (grid_of(model, duration, scheme, Recording(rate=rate)) for model in models.values())
+    grids = (fast.grid_of(model, duration, scheme, Recording(rate=rate)) for model in models.values())
     steps, _, step = max(grids)
     stride = max(1, int(1.0 / (rate * step)))
     waves = _waves(list(models.values()), members, steps, step)
-    plucks = tuple(Pluck(height=_SMALL, span=span, shape=pluck_shape) for span in SPANS)
+    plucks = tuple(Pluck(height=_SMALL, span=span, shape=pluck_shape) for span in fast.SPANS)
     plucked = {
-        key: start_amplitudes(drives[key], model, Start(plucks=plucks))[2] / _SMALL
+        key: fast.start_amplitudes(drives[key], model, Start(plucks=plucks))[2] / _SMALL
         for key, model in models.items()
     }
     numbers = {key: numbers_of(model, step) for key, model in models.items()}
@@ -125,7 +118,7 @@ def fast_ensemble(
         angles, middles, _, reach, least[:, own] = ensemble_run(numbers[key], start, given, stride)
         motion[:2, own], motion[2:, own] = angles[:, :2].transpose(1, 2, 0), middles.transpose(1, 2, 0)
         for lane, i in enumerate(own):
-            stopped[i] = why_not(models[key], np.column_stack((least[:, i], reach[:, lane]))) or ""
+            stopped[i] = fast.why_not(models[key], np.column_stack((least[:, i], reach[:, lane]))) or ""
 
     in_lanes(run, together.items(), threads)
     motion[:, stopped != ""] = np.nan
@@ -172,7 +165,7 @@ def _waves(
     }
     lowest = min(models, key=lambda model: model.highest)
     for wave in waves.values():
-        check_band(lowest, wave, step)
+        fast.check_band(lowest, wave, step)
     return waves
 
 
@@ -186,12 +179,12 @@ def _labelled(
     series = (
         ("drive_angle", "rad", "angle of the drive pulley"),
         ("load_angle", "rad", "angle of the load pulley"),
-        *((f"{span}_midpoint", "m", f"w of the {span} midpoint") for span in SPANS),
+        *((f"{span}_midpoint", "m", f"w of the {span} midpoint") for span in fast.SPANS),
     )
     for (name, unit, meaning), table in zip(series, motion, strict=True):
         described = {"units": unit, "long_name": meaning}
         content[name] = (*axes, "time"), table.reshape(*shape, times.size), described
-    for span, tensions in zip(SPANS, least, strict=True):
+    for span, tensions in zip(fast.SPANS, least, strict=True):
         described = {"units": "N", "long_name": f"least tension of the {span} span"}
         content[f"least_tension_{span}"] = axes, tensions.reshape(shape), described
     coordinates: dict[str, Any] = {name: (name, v, {"units": UNITS[name]}) for name, v in values.items()}

@@ -12,14 +12,7 @@ from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive, Lumped
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.reduction.lumped_chain import (
-    LumpedChain,
-    highest_model,
-    lumped_model,
-    natural_frequencies_of,
-    rim_spring,
-    speed_response,
-)
+from cabledrive.reduction import lumped_chain as chains
 from cabledrive.reduction.network_axis import as_axis, motor_turn
 
 LOWEST_HZ, HIGHEST_HZ, POINTS = 0.05, 2000.0, 6000
@@ -40,13 +33,13 @@ def distributed(drive: Drive) -> Any:
     """The machine with its spans: of a chain of routes as in its file, else with the EA / L of the models."""
     if drive.chain_of:
         return drive.chain_of.machine
-    stiffness, damping = (value / len(drive.spans) for value in rim_spring(drive))
+    stiffness, damping = (value / len(drive.spans) for value in chains.rim_spring(drive))
     length = drive.span_length
     cable = replace(drive.cable.with_rigidity(stiffness * length), axial_damping=damping * length)
     return replace(drive, cable=cable, lumped=None)
 
 
-def drive_like(drive: Drive, chain: LumpedChain) -> Drive:
+def drive_like(drive: Drive, chain: chains.LumpedChain) -> Drive:
     """A drive whose lumped chain is the one given, its cable's stiffness and damping those of its EA."""
     first, second = drive.pulley
     gear, spans = second.radius / first.radius, len(drive.spans)
@@ -105,8 +98,8 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
 
 def model_response(drive: Drive, model: int, omega: Array) -> Complex:
     """Response from motor torque to load angle [rad/(N m)] of one of the Models 1 to 4; ``omega`` [rad/s]."""
-    chain = lumped_model(drive, model)
-    angle = speed_response(chain, omega, speed_of=chain.size - 1) / (1j * omega)
+    chain = chains.lumped_model(drive, model)
+    angle = chains.speed_response(chain, omega, speed_of=chain.size - 1) / (1j * omega)
     rigid_cable = "load" not in chain.names
     ratio = drive.drive_pulley.radius / drive.load_pulley.radius if rigid_cable else 1.0
     return np.asarray(angle * ratio, dtype=np.complex128)
@@ -121,10 +114,10 @@ def model_quality(drive: Drive) -> tuple[ModelQuality, ...]:
     hertz = np.geomspace(LOWEST_HZ, HIGHEST_HZ, POINTS)
     omega = 2.0 * pi * hertz
     exact = distributed_response(drive, omega)
-    models = (1, 2, 3, 4) if highest_model(drive) == 4 else (1, 3)
+    models = (1, 2, 3, 4) if chains.highest_model(drive) == 4 else (1, 3)
     found = []
     for model in models:
-        own = natural_frequencies_of(lumped_model(drive, model)) / (2.0 * pi)
+        own = chains.natural_frequencies_of(chains.lumped_model(drive, model)) / (2.0 * pi)
         error = np.abs(model_response(drive, model, omega) / exact - 1.0)
         skipped = 1 if model == 2 else 0  # Model 2 has the joint's mode, others count from the lowest
         exact_hz = exact_frequencies(drive, own.size + skipped)[skipped:] if own.size else ()

@@ -176,9 +176,8 @@ def motor_disturbance(chain: LumpedChain, wanted: Array, interval: float) -> Arr
     """Most torque of the motor within its bounds and of friction that sticks, shape (samples,)."""
     bounds = printed_bounds(chain, flexible_joint="drive" in chain.names[1:])
     speed = wanted[:, chain.size]
-    functions = np.column_stack(
-        (np.gradient(speed, interval), speed, np.ones(len(speed)), np.ones(len(speed)))
-    )
+    ones = np.ones(len(speed))
+    functions = np.column_stack((np.gradient(speed, interval), speed, ones, ones))
     return np.asarray(np.abs(functions) @ bounds.spread + bounds.high[2])
 
 
@@ -259,9 +258,8 @@ def switched_tube(parts: list[Segment], height: Array) -> Array:
             rows[k], row = row, row @ ideal.matrix
             responses[:, count - 1 - k], state = state, ideal.matrix @ state
         for k in range(0, count if carried.shape[1] else 0, ROWS):
-            found[one.first + k : one.first + min(k + ROWS, count)] += (
-                np.abs(rows[k : k + ROWS] @ carried) @ heights
-            )
+            more = np.abs(rows[k : k + ROWS] @ carried) @ heights
+            found[one.first + k : one.first + min(k + ROWS, count)] += more
         carried = np.hstack((np.linalg.matrix_power(ideal.matrix, count) @ carried, responses))
         heights = np.concatenate((heights, here))
     return found

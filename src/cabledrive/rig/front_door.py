@@ -21,18 +21,10 @@ from cabledrive.rig import setting, trial
 from cabledrive.rig.closed_loop.chain_plant import doubled
 from cabledrive.rig.closed_loop.loop import Loop, check_drawable, close_loop, run
 from cabledrive.rig.closed_loop.own_plant import OwnPlant
+from cabledrive.rig.laws import load_learning as learning
 from cabledrive.rig.laws.baselines import BASELINES, FEEDFORWARDS, inverse_of
 from cabledrive.rig.laws.controller_file import ControllerFile, is_controller_path, read_controller
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, place
-from cabledrive.rig.laws.load_learning import (
-    INDIRECT,
-    KINDS,
-    announced,
-    load_learning,
-    made_anew,
-    run_indirect,
-    with_announced_load,
-)
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import loop_with_loads
 from cabledrive.rig.setting import CABLE, DEGREE, BodyMotion, Motion, RigOptions, check_run, random_from
@@ -183,14 +175,18 @@ def track(
     if draws:
         check_drawable(loop)
     first, learnt, more = loop, None, dict[str, Any]()
-    learns = made_anew(loop.controller) and file is None
+    learns = learning.made_anew(loop.controller) and file is None
     if repeat and (learns or draws):
-        other = f"{INDIRECT} makes its law anew after a pulse" if learns else "draws are runs of their own"
+        other = (
+            f"{learning.INDIRECT} makes its law anew after a pulse"
+            if learns
+            else "draws are runs of their own"
+        )
         raise InputRefused(f"repeat = {repeat}: {other}: leave one of the two out")
     if repeat:
         loop, done, more["repeated"] = trial.repeat_motion(loop, repeat)
     elif learns:
-        loop, done, learnt = run_indirect(loop)
+        loop, done, learnt = learning.run_indirect(loop)
         more["learnt"] = None if learnt is None else learnt.words
     else:
         done = run(loop)
@@ -295,8 +291,8 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
     given = replace(spec, bandwidth=found.bandwidth)
     if found.name.endswith("-damped"):  # without the trial runs that chose its gains
         made = chain_law(given, int(found.name.split("-")[1]), damped=True)
-    elif found.name in KINDS:
-        made = load_learning(given, found.name, found.reference.load.turning)
+    elif found.name in learning.KINDS:
+        made = learning.load_learning(given, found.name, found.reference.load.turning)
     else:
         made = CONTROLLERS[found.name](given)
     hertz = {} if found.bandwidth is None else {"bandwidth_hz": found.bandwidth}
@@ -314,23 +310,20 @@ def law_from_file(found: ControllerFile, spec: DesignSpec) -> Controller:
                 f"{high:.4g}: announce less, or design it anew with a wider payload_range"
             ).at(found.path)
     schedule = LoadSchedule(low=low, high=high, points=len(made.law.rows))
-    load = announced(spec.motion.payload, spec.interval, len(made.reference))
-    return with_announced_load(replace(made, schedule=schedule), load)
+    load = learning.announced(spec.motion.payload, spec.interval, len(made.reference))
+    return learning.with_announced_load(replace(made, schedule=schedule), load)
 
 
 def with_filter(loop: Loop, found: ControllerFile) -> Loop:
     """A loop with the filter and the torque limit of a file."""
+    wrong = ""
     if loop.spec.options.ideal_sensors or loop.spec.options.observer != "kalman":
-        raise InputRefused("brings its own Kalman filter: leave observer and ideal_sensors out").at(
-            found.path
-        )
-    if abs(found.sample_time - loop.rig.interval) > 1e-9 * found.sample_time:
-        raise InputRefused(
-            f"samples every {found.sample_time:.6g} s, the rig every {loop.rig.interval:.6g} s"
-        ).at(found.path)
-    if found.encoders != loop.encoder_shafts:
-        raise InputRefused(f"reads the encoders of {found.encoders}, the rig {loop.encoder_shafts}").at(
-            found.path
-        )
+        wrong = "brings its own Kalman filter: leave observer and ideal_sensors out"
+    elif abs(found.sample_time - loop.rig.interval) > 1e-9 * found.sample_time:
+        wrong = f"samples every {found.sample_time:.6g} s, the rig every {loop.rig.interval:.6g} s"
+    elif found.encoders != loop.encoder_shafts:
+        wrong = f"reads the encoders of {found.encoders}, the rig {loop.encoder_shafts}"
+    if wrong:
+        raise InputRefused(wrong).at(found.path)
     limit = min(found.torque_limit, loop.rig.torque_limit)
     return replace(loop, observer=found.observer, rig=loop.rig._replace(torque_limit=limit))

@@ -19,14 +19,8 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.rig.closed_loop.chain_kernels import SUMMARY
 from cabledrive.rig.closed_loop.chain_plant import drawn_pair, in_steps
 from cabledrive.rig.closed_loop.loop import Loop, run, with_plant
+from cabledrive.rig.laws import load_learning as learning
 from cabledrive.rig.laws.controllers import Spreads
-from cabledrive.rig.laws.load_learning import (
-    SCHEDULED,
-    announced,
-    made_anew,
-    run_indirect,
-    with_announced_load,
-)
 from cabledrive.rig.setting import DEGREE, Payload, none
 
 CONFIDENCE = 0.95
@@ -114,7 +108,7 @@ def over(loops: Iterable[Loop], threads: int = 2) -> Draws:
     angles = np.array([name.endswith("peak") for name in names])
 
     def score(one: Loop) -> tuple[float, ...]:
-        done = run_indirect(one)[1] if made_anew(one.controller) else run(one, log=False)
+        done = learning.run_indirect(one)[1] if learning.made_anew(one.controller) else run(one, log=False)
         found = done.state.summary[[SUMMARY.index(name) for name in names]]
         return *np.where(angles, found / one.gear, found).tolist(), done.failed
 
@@ -184,7 +178,7 @@ def loop_with_loads(loop: Loop) -> Loop:
     if motion.payload and loop.controller.schedule is None:
         raise InputRefused(
             f"payload = {motion.payload[0].factor:.4g} is announced, and {loop.controller.name} takes no "
-            f"announcement: take {SCHEDULED}, or leave payload out"
+            f"announcement: take {learning.SCHEDULED}, or leave payload out"
         )
     end = (len(loop.controller.reference) - 1) * loop.rig.interval
     for one in motion.payload:
@@ -353,7 +347,7 @@ def disturbed_loop(loop: Loop, disturbances: Disturbances, generator: np.random.
         drawn |= {name: generator.uniform(*getattr(disturbances, name)) for name in ANNOUNCED}
         start = max(drawn["load_time"] + drawn["announced_late"], 0.0)
         payload = Payload(factor=drawn["load_factor"] * (1.0 + drawn["announced_error"]), start=start)
-        made = with_announced_load(made, announced((payload,), interval, len(loop.target)))
+        made = learning.with_announced_load(made, learning.announced((payload,), interval, len(loop.target)))
     return replace(with_disturbances(loop, chain, drawn, turned), rig=rig, controller=made)
 
 

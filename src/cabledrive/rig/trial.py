@@ -16,22 +16,13 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route.parts import require_within_travel
 from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.reduction.lumped_chain import highest_model
+from cabledrive.rig import plant_samples as plants
 from cabledrive.rig.bounds import bound_along
 from cabledrive.rig.closed_loop.loop import Loop, Run, run, with_plant
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, load_count, load_gear
 from cabledrive.rig.laws.load_learning import CHANGING, INDIRECT, LOAD_LEARNING, SCHEDULED, made_anew
 from cabledrive.rig.laws.registry import CONTROLLERS, MAIN_LAWS, OPEN_LOOPS, known_name
 from cabledrive.rig.margins import bound_over_draws, closed_loop, sampled_controller, sampled_plant
-from cabledrive.rig.plant_samples import (
-    Disturbances,
-    Draws,
-    corners,
-    disturbed_loops,
-    error_words,
-    over,
-    sampled_loops,
-    standard_disturbances,
-)
 from cabledrive.rig.setting import DEGREE, Motion, RigOptions, sample_interval
 from cabledrive.rig.tracking import Tracking, within
 from cabledrive.rig.tuning import LawSetting, law_at, limit_words, ripple_limit, setting_of, tuned_loop
@@ -72,9 +63,9 @@ def judged_apart(found: Tracking, first: Loop, last: Loop, done: Run) -> Trackin
 def over_draws(loop: Loop, draws: int, seed: int) -> dict[str, Any]:
     """Peaks over many plants; of a law that learns on each, and has a second pulse for it, the later ones."""
     learns = made_anew(loop.controller) and loop.spec.motion.pulses > 1
-    found = replace(over(sampled_loops(loop, draws, seed)), learns=learns)
+    found = replace(plants.over(plants.sampled_loops(loop, draws, seed)), learns=learns)
     shares = {"median_peak_error_deg": 0.5, "peak_error_99_deg": 0.99, "worst_peak_error_deg": 1.0}
-    words = {"draws": draws} | error_words(found.errors / DEGREE, shares)
+    words = {"draws": draws} | plants.error_words(found.errors / DEGREE, shares)
     words |= {
         "worst_first_pulse_error_deg": max(found.first_peak) / DEGREE,
         "worst_torque": max(found.peak_torque),
@@ -204,7 +195,7 @@ def design_learning(loop: Loop, width: int, nodes: int) -> RepetitionLearning:
     """What is learnt between repetitions, with its contraction on the nominal plant and at eight corners."""
     believed = replace(loop, cable=None)
     chain = loop.spec.model(loop.controller.model)
-    chains = [chain, *corners(chain)]
+    chains = [chain, *plants.corners(chain)]
     maps = [_lifted(with_plant(believed, chain), width, nodes) for chain in chains]
     noise, ripple = float(loop.rig.counts[-1]) / np.sqrt(12.0), RIPPLE_SHARE * ripple_limit(loop.spec)
     found = repetition_learning(maps[0][0], [error for error, _ in maps[1:]], maps[0][1], noise, ripple)
@@ -247,9 +238,9 @@ def _errors(loop: Loop, done: Run) -> dict[str, Any]:
     }
 
 
-def scored(loop: Loop, disturbances: Disturbances, seed: int, draws: Sequence[int]) -> Draws:
+def scored(loop: Loop, disturbances: plants.Disturbances, seed: int, draws: Sequence[int]) -> plants.Draws:
     """Run a law on plants, the same for every law."""
-    return over(disturbed_loops(loop, disturbances, seed, draws))
+    return plants.over(plants.disturbed_loops(loop, disturbances, seed, draws))
 
 
 BEST = "best"
@@ -260,7 +251,7 @@ COMPARED = RigOptions(forbid_slack=False)
 """Options of a comparison: random encoder phases, Kalman filter, spans that may go slack and go on."""
 
 
-def offered(drive: Drive, disturbances: Disturbances) -> tuple[str, ...]:
+def offered(drive: Drive, disturbances: plants.Disturbances) -> tuple[str, ...]:
     """Laws compared where none are named, simplest first; more where the load changes, or for a stepper."""
     rigid = "darc-3-damped" if highest_model(drive) < 4 else "darc-4-damped"
     *fixed, learning = (rigid if name == "darc-4-damped" else name for name in MAIN_LAWS)
@@ -290,16 +281,16 @@ def goal_of(drive: Drive) -> float:
     return one_count(drive) if own is None else own
 
 
-def no_runs(name: str, motion: Motion) -> Draws:
+def no_runs(name: str, motion: Motion) -> plants.Draws:
     """What runs of a law along a motion are joined to."""
-    return Draws(learns=motion.pulses > 1 and name in LEARNS)
+    return plants.Draws(learns=motion.pulses > 1 and name in LEARNS)
 
 
 @lru_cache(maxsize=8)
-def best_law(spec: DesignSpec) -> tuple[LawSetting, dict[str, Draws]]:
+def best_law(spec: DesignSpec) -> tuple[LawSetting, dict[str, plants.Draws]]:
     """The law with feedback that ranks first on a drive, tuned, and what each reached on the first plants."""
-    disturbances, goal = standard_disturbances(spec.drive), goal_of(spec.drive)
-    settings, reached = dict[str, LawSetting](), dict[str, Draws]()
+    disturbances, goal = plants.standard_disturbances(spec.drive), goal_of(spec.drive)
+    settings, reached = dict[str, LawSetting](), dict[str, plants.Draws]()
     for name in offered(spec.drive, disturbances):
         if name in OPEN_LOOPS:  # no controller, as which "best" is exported and studied
             continue

@@ -137,9 +137,8 @@ def design(name: str | None, spec: DesignSpec) -> Controller:
 
 def law_at(name: str, hertz: float, words: str, spec: DesignSpec) -> Controller:
     """A law at a bandwidth with one of its filters, along the motion of a spec."""
-    return _filtered(
-        registry.CONTROLLERS[name](replace(spec, bandwidth=hertz)), dict(filters(name, spec))[words]
-    )
+    made = registry.CONTROLLERS[name](replace(spec, bandwidth=hertz))
+    return _filtered(made, dict(filters(name, spec))[words])
 
 
 def tuned_loop(name: str, hertz: float, words: str, spec: DesignSpec) -> Loop:
@@ -153,22 +152,18 @@ def _filtered(made: Controller, tuning: KalmanTuning | None) -> Controller:
     return replace(made, tuning=replace(tuning, cancels=made.tuning.cancels))
 
 
-@lru_cache(maxsize=16)
-def needed_torque(spec: DesignSpec) -> float:
-    """Largest torque of the exact inverse along the motion, friction included [N m]."""
-    generator = feedforward_generator(spec.chain, flat_output(spec.chain), spec.interval)
-    return float(np.abs(spec.rows(generator)[:, -1]).max())
-
-
 def limit_words(spec: DesignSpec) -> str:
     """What every setting keeps."""
     return f"a disk margin of {LEAST_DISK:g} and a torque ripple of {ripple_limit(spec):.3g} N m by rounding"
 
 
+@lru_cache(maxsize=16)
 def ripple_limit(spec: DesignSpec) -> float:
-    """Torque that rounding may make: a share of the limit; without one, what the motion needs [N m]."""
-    limit = torque_limit(spec.drive)
-    return RIPPLE_SHARE * limit if np.isfinite(limit) else needed_torque(spec)
+    """Torque rounding may make [N m]: a share of the limit; without a limit, the exact inverse's need."""
+    if np.isfinite(limit := torque_limit(spec.drive)):
+        return RIPPLE_SHARE * limit
+    generator = feedforward_generator(spec.chain, flat_output(spec.chain), spec.interval)
+    return float(np.abs(spec.rows(generator)[:, -1]).max())
 
 
 def tuned(name: str, spec: DesignSpec, disturbances: Disturbances, worst: Worst = None) -> TunedLaw:

@@ -106,9 +106,8 @@ def log_from(
     units, quanta = {"torque": "N m"}, {}
     for name, counts in rig.encoders.items():
         quantum = 2 * pi / counts
-        number = rig.chain.names.index(
-            {"drive_angle": "drive", "load_angle": "load"}.get(name, rig.chain.names[0])
-        )
+        shaft = {"drive_angle": "drive", "load_angle": "load"}.get(name, rig.chain.names[0])
+        number = rig.chain.names.index(shaft)
         phase = rng.uniform() if phases is None else phases[name]
         channels[name] = quantum * np.floor(angles[:, number] / quantum + phase)
         units[name], quanta[name] = "rad", quantum

@@ -210,9 +210,8 @@ def _plan(
     bent = np.gradient(rate, step, axis=0)
     stretch = tension * free / numbers.rigidity
     speed = np.gradient(stretch - length, step, axis=0) / numbers.drum
-    acceleration = np.gradient(
-        np.gradient(smooth * free / numbers.rigidity - length, step, axis=0), step, axis=0
-    )
+    wound = smooth * free / numbers.rigidity - length
+    acceleration = np.gradient(np.gradient(wound, step, axis=0), step, axis=0)
     torque = (
         numbers.drum * tension
         + numbers.inertia * acceleration / numbers.drum

@@ -7,13 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.control.tension_position import (
-    TensionGains,
-    first_state,
-    place_answers,
-    place_bound,
-    step_in_place,
-)
+from cabledrive.control import tension_position as theory
 from cabledrive.mechanics.compiled import njit, njit_part
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
@@ -63,7 +57,7 @@ def at_rest(machine: TwoMotors, law: Array, rig: RigNumbers, q: Array, angle: Ar
 @njit
 def close_loop(
     machine: TwoMotors,
-    gains: TensionGains,
+    gains: theory.TensionGains,
     body: Moving,
     rig: RigNumbers,
     table: tuple[Array, Array],
@@ -82,7 +76,7 @@ def close_loop(
         for i in range(2):
             measurement[i] = counted(angle[i], rig.counts[i], rig.phases[i])
             measurement[2 + i] = tension[i] + rig.noise[k, i]
-        step_in_place(gains, law, measurement, reference[k], command, space)
+        theory.step_in_place(gains, law, measurement, reference[k], command, space)
         for j in range(m):
             record[k, j] = q[j]
             if not abs(q[j]) < 1e6:
@@ -170,7 +164,7 @@ def run_plant(setup: Setup, actual: TwoMotors, force: Array, rng: np.random.Gene
         noise=rng.normal(0.0, design.noise, (len(table), 2)),
     )
     record, least = np.zeros((len(table), m + COLUMNS)), np.full(2, np.inf)
-    start = at_rest(actual, first_state(gains, setup.machine.tension), rig, np.zeros(m), np.zeros(2))
+    start = at_rest(actual, theory.first_state(gains, setup.machine.tension), rig, np.zeros(m), np.zeros(2))
     ended = close_loop(actual, gains, start, rig, (table, force), (record, least))
     return PlantRun(record=record[:ended], least=least, rig=rig)
 
@@ -193,9 +187,9 @@ def bound_of_place(setup: Setup) -> Array:
     counts = np.einsum("kmi,i->km", turns, rounded).max(axis=0)
     of_place = np.sqrt(np.einsum("kmi,ki->km", turns**2, stretch**2)).max(axis=0)
     of_rate = design.noise * np.sqrt((pulls**2).sum(axis=1)).max(axis=0) / numbers.mass
-    answers = place_answers(gains.position, gains.filter, gains.observer)
+    answers = theory.place_answers(gains.position, gains.filter, gains.observer)
     largest, noise = np.array([unexpected, tension, counts]), np.array([of_place, of_rate])
-    return place_bound(answers, gains.interval, largest, noise)
+    return theory.place_bound(answers, gains.interval, largest, noise)
 
 
 def part_used(bound: Array, error: Array) -> float:
@@ -269,7 +263,7 @@ _SLOW = 0.2
 
 
 def loop_poles(
-    machine: TwoMotors, gains: TensionGains, place: Array, rig: RigNumbers
+    machine: TwoMotors, gains: theory.TensionGains, place: Array, rig: RigNumbers
 ) -> NDArray[np.complex128]:
     """Poles of the loop about the body at rest at a place [m], without dead beats, shape (p,) [rad/s]."""
     still = machine._replace(turning_coulomb=np.zeros(2), coulomb=np.zeros_like(machine.coulomb))
@@ -277,7 +271,7 @@ def loop_poles(
     along, length, free = lines_along(still, place[None])
     tension = held_tensions(gains.preferred, along, still.force[None])[0]
     angle = (still.unwound - length[0] + tension * free[0] / still.rigidity) / still.drum
-    m, law = place.size, first_state(gains, tension)
+    m, law = place.size, theory.first_state(gains, tension)
     law[:m], law[3 * m + 4 : 3 * m + 6] = place, angle
     table = np.concatenate([place, np.zeros(2 * m + 2)])[None], np.zeros((1, m))
     exact = rig._replace(counts=np.zeros(2), noise=np.zeros((1, 2)))

@@ -141,10 +141,8 @@ def summarize(
         "reasons": [],
     }
     if share >= _TOLD:  # the position gave way to the tension
-        words = (
-            f"at {share:.1%} of the samples the wanted tensions were outside their limits and were moved to "
-        )
-        summary["reasons"] = [f"{words}them: the position gives way, the tension does not", *broken]
+        words = f"at {share:.1%} of the samples the wanted tensions were outside their limits and were moved"
+        summary["reasons"] = [f"{words} to them: the position gives way, the tension does not", *broken]
     if drawn is not None:
         summary["over_draws"] = drawn
     return Tracking(

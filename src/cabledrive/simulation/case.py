@@ -1,7 +1,7 @@
 """Everything that is decided before the first step of a run of ropes, and how it is read."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from math import log2
@@ -12,7 +12,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import cable_law, taut_law
 from cabledrive.mechanics.compiled import why_plain
-from cabledrive.mechanics.mesh import FEWEST_SEGMENTS, Mesh, mesh_of
+from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gravity
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.ranges import ALLOWED, sag_words
@@ -123,14 +123,11 @@ class RopeRun(PreparedRun):
     def slack_events(self, state: State) -> tuple[SlackEvent, ...]:
         """Where and when spans went slack up to a state, in order, the first thousand times."""
         events = []
-        for step, piece, segment, tension in state.events[
-            : min(int(state.counts[at.EVENTS]), at.MOST_EVENTS)
-        ]:
-            k, middle = int(piece), slice(int(segment), int(segment) + 2)
-            place, time = float(self.mesh.positions[k][middle].mean()), float(step * self.grid.step)
-            events.append(
-                SlackEvent(time=time, span=self.mesh.pieces[k], position=place, tension=float(tension))
-            )
+        for step, piece, segment, tension in state.events[: state.counts[at.EVENTS]].tolist():
+            span, middle = int(piece), slice(int(segment), int(segment) + 2)
+            place, name = float(self.mesh.positions[span][middle].mean()), self.mesh.pieces[span]
+            when = float(step * self.grid.step)
+            events.append(SlackEvent(time=when, span=name, position=place, tension=tension))
         return tuple(events)
 
     def why(self, code: int, state: State) -> str:
@@ -166,10 +163,9 @@ class RopeRun(PreparedRun):
         places = np.hstack([(q - self.rest.turned) @ turns, q_t @ turns])
         # the constant forces that hold the ropes' ends at rest are theirs
         ends = -(q @ plan.rest)[:, None]
-        work = tallies[:, TORQUE_WORK] + tallies[:, FORCE_WORK]
+        tallies[:, TORQUE_WORK] += tallies[:, FORCE_WORK]
         tallies[:, VISCOUS_LOSS] += tallies[:, JOINT_LOSS]
         tallies = tallies[:, [TORQUE_WORK, TRANSVERSE_LOSS, AXIAL_LOSS, VISCOUS_LOSS, COULOMB_LOSS]]
-        tallies[:, 0] = work
         ropes, strain = (own.sum(axis=1, keepdims=True) for own in (ropes, strain))
         strain, springs = strain + weights + ends - self.rest.energy, springs - ends
         return np.hstack(
@@ -311,25 +307,6 @@ STILL = 1e-14
 """Size up to which a motion is rounding [m], [rad]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
-    """Estimated error of one quantity over the run."""
-
-    error: float  # largest estimated error, in the quantity's unit
-    relative: float  # the same over the quantity's largest size [-]; 0 if it did not move
-    order: float | None
-    """Order of convergence between the three resolutions; None if the differences do not fall."""
-
-
-def check_halves(scheme: Scheme) -> None:
-    """Refuse a run that has too few segments to be halved twice."""
-    if scheme.segments // 4 < FEWEST_SEGMENTS:
-        raise InputRefused(
-            f"segments = {scheme.segments}: an error estimate halves them twice and needs "
-            f"{4 * FEWEST_SEGMENTS}: use more"
-        )
-
-
 def estimated_errors(case: RopeRun, outcome: Outcome, columns: dict[str, int]) -> dict[str, Any] | None:
     r"""Discretisation error of some columns of the records by Richardson's extrapolation, where asked for.
 
@@ -347,10 +324,11 @@ def estimated_errors(case: RopeRun, outcome: Outcome, columns: dict[str, int]) -
     runs = [outcome.rows, *(integrate_run(own, Records(own)).rows for own in coarser)]
     whole = min(len(run) for run in runs)
     found = {name: _estimate(*(run[:whole, k] for run in runs)) for name, k in columns.items()}
-    return {"segments": list(counts), **{name: asdict(one) for name, one in found.items()}}
+    return {"segments": list(counts), **found}
 
 
-def _estimate(fine: Array, middle: Array, coarse: Array) -> Estimate:
+def _estimate(fine: Array, middle: Array, coarse: Array) -> dict[str, float | None]:
+    """Largest error estimated, the same over the largest size; the order seen, where differences fall."""
     first = float(np.max(np.abs(fine - middle), initial=0.0))
     second = float(np.max(np.abs(middle - coarse), initial=0.0))
     size = float(np.max(np.abs(fine), initial=0.0))
@@ -358,6 +336,5 @@ def _estimate(fine: Array, middle: Array, coarse: Array) -> Estimate:
     order = min(max(seen or ORDER_AT_LEAST, ORDER_AT_LEAST), ORDER_AT_MOST)
     error = first / (2.0**order - 1.0)
     converges = seen is not None and seen > ORDER_AT_LEAST
-    return Estimate(
-        error=error, relative=error / size if size > STILL else 0.0, order=seen if converges else None
-    )
+    relative = error / size if size > STILL else 0.0
+    return {"error": error, "relative": relative, "order": seen if converges else None}

@@ -30,19 +30,7 @@ from cabledrive.simulation.coordinates import advance, gather, place_ends, turn
 from cabledrive.simulation.node_motion import end_speed
 from cabledrive.simulation.observe import add_to, keep_extremes
 from cabledrive.simulation.plan import Plan, State, Workspace
-from cabledrive.simulation.segment_laws import (
-    C0,
-    C1,
-    C2,
-    C3,
-    C4,
-    C5,
-    C6,
-    C7,
-    add_pulls,
-    end_pulls,
-    taut_range,
-)
+from cabledrive.simulation.segment_laws import add_pulls, end_pulls, series, taut_range
 
 STIFFEST = 500.0
 """Largest eigenvalue of the dampers over a step up to which the matrix of the straight rope is taken."""
@@ -129,7 +117,7 @@ def point(span: tuple[int, int], numbers: tuple[float, float], inverse: Array, p
         if out is not None:
             v_x = (out[0][after] - out[0][i]) * h
             z += v_x * v_x
-        gain = z * (C0 + z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * (C6 + z * C7)))))))
+        gain = series(z, z)
         outside += abs(z - centre) > reach
         shrink, pull = 1.0 - gain, pretension + rigidity * gain
         p_u[i], p_w[i] = pretension * u_x + rigidity * gain * (1.0 + u_x), pull * w_x

@@ -33,7 +33,7 @@ class Records:
                 f"the records of this run take {size / 1e9:.1f} GB, at most {MOST_MEMORY / 1e9:.0f} GB are "
                 "kept in memory: lower rate or fields, or write to a file with output"
             )
-        self._rows, self._fields = [np.zeros((0, case.width))], [np.zeros((0, 3, case.nodes))]
+        self._rows, self._fields = [np.zeros((0, len(case.channels)))], [np.zeros((0, 3, case.nodes))]
 
     def append(self, rows: Array, fields: Array) -> None:
         """Add records: rows, (n, columns), and fields, (m, 3, nodes)."""
@@ -58,7 +58,7 @@ class RecordsInFolder(Records):
 
     def __init__(self, folder: Path, case: PreparedRun, *, resume: bool) -> None:
         self.folder = folder
-        self._shapes: tuple[tuple[int, ...], ...] = (case.width,), (3, case.nodes)
+        self._shapes: tuple[tuple[int, ...], ...] = (len(case.channels),), (3, case.nodes)
         self._every = case.recording.fields
         self.resumed: tuple[Any, int] | None = None
         left = left_behind(folder)

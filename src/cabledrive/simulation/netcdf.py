@@ -38,10 +38,8 @@ class Content(NamedTuple):
 def storable(known: dict[str, Any]) -> dict[str, Any]:
     """What is known, as numbers and text that a file takes."""
     return {
-        key: value
-        if isinstance(value, int | float | str) and value is not True and value is not False
-        else json.dumps(value)
-        for key, value in known.items()
+        key: json.dumps(one) if isinstance(one, bool) or not isinstance(one, int | float | str) else one
+        for key, one in known.items()
     }
 
 
@@ -130,17 +128,8 @@ def dataset_of(content: Content) -> "xarray.Dataset":
     """All arrays of a result over time, probe, plane, span, node and field_time, with units and meanings."""
     import xarray
 
-    described = {
-        variable.name: (
-            variable.dimensions,
-            variable.values,
-            {"units": variable.unit, "long_name": variable.meaning},
-        )
-        for variable in (*content.coordinates, *content.variables)
-    }
-    numbers = {variable.name for variable in content.coordinates}
-    return xarray.Dataset(
-        {name: content for name, content in described.items() if name not in numbers},
-        coords={name: content for name, content in described.items() if name in numbers} | content.words,
-        attrs=content.attributes,
+    numbers, others = (
+        {v.name: (v.dimensions, v.values, {"units": v.unit, "long_name": v.meaning}) for v in variables}
+        for variables in (content.coordinates, content.variables)
     )
+    return xarray.Dataset(others, numbers | content.words, content.attributes)

@@ -136,9 +136,8 @@ def damp_axially(plan: Plan, q_t: Array, x_t: Array, tallies: Array, work: Works
     for axis in range(3):
         for i in range(x_t.shape[1]):
             work.mean[axis, i] = 0.5 * (work.old[axis, i] + x_t[axis, i])
-    for i in range(
-        n
-    ):  # the plan holds the answers of straight ropes, for which those of bent ones stand here
+    # the plan holds the answers of straight ropes, for which those of bent ones stand here
+    for i in range(n):
         for k in range(n):
             work.matrix[i, k] = plan.matrix[i, k] - 0.5 * plan.dampers[i, k]
     for piece in range(plan.nodes.shape[0]):

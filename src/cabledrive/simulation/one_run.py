@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from cabledrive.mechanics.cable_laws import Model
+from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.simulation.case import case_of, check_halves
+from cabledrive.simulation.case import case_of
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.run import keep_run
 from cabledrive.simulation.signals import CarriageForce, Function, Signal
@@ -101,6 +102,8 @@ def simulate(
         prepare = partial(case_of, drive, duration, forces=forces)
         case = prepare(**asked)
         if error_estimate:
-            check_halves(case.scheme)
+            if case.scheme.segments // 4 < FEWEST_SEGMENTS:
+                said = f"segments = {case.scheme.segments}: an error estimate halves them twice and needs "
+                raise InputRefused(f"{said}{4 * FEWEST_SEGMENTS}: use more")
             case = replace(case, coarser=lambda other: prepare(**asked | {"scheme": other}))
     return keep_run(case, **keeping)

@@ -98,9 +98,7 @@ def _compiled(source: FunctionType, names: tuple[str, ...], own_excess: bool) ->
             t_x, t_y, t_z = components(own, u_x, v_x, w_x)
             excess = t_x - held_back * own.pretension
             slack += (own.pretension + excess) * (1.0 + u_x) + t_y * v_x + t_z * w_x < 0.0
-            p[0, i] = excess
-            p[1, i] = t_y
-            p[2, i] = t_z
+            p[0, i], p[1, i], p[2, i] = excess, t_y, t_z
         return slack
 
     rows, row = types.float64[:, ::1], types.float64[::1]
@@ -128,10 +126,8 @@ def _agrees(made: CompiledLaw, law: CableLaw) -> bool:
     with np.errstate(all="ignore"):
         law_components(*made, x, ones, found)
         expected = np.stack(np.broadcast_arrays(*law.excess_components(*gradients)))
-    scale = law.pretension + np.abs(expected)
-    return bool(np.all(np.isnan(found) == np.isnan(expected))) and not np.any(
-        np.abs(found - expected) > AGREEMENT * scale
-    )
+    apart = np.abs(found - expected) > AGREEMENT * (law.pretension + np.abs(expected))
+    return bool(np.all(np.isnan(found) == np.isnan(expected))) and not apart.any()
 
 
 def slack_of(plan: Plan, law: CableLaw, state: State, gradients: Array) -> bool:

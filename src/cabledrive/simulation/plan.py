@@ -128,9 +128,8 @@ class Plan(NamedTuple):
     force: Integers = NO_PAIRS  # (forces, 2): node, and axis
     stop: Integers = NO_NODES  # (stops,): nodes with a carriage or a force, in rising order
     beside: Integers = NO_PAIRS  # (number, 2): segments beside rims and stops, and their pieces
-    runs: Integers = (
-        NO_PAIRS  # (runs, 2): first and last segment of each run of equal segments, the last not included
-    )
+    # (runs, 2): first and last segment of each run of equal segments, the last not included
+    runs: Integers = NO_PAIRS
     run: Array = np.zeros((0, 0))  # (runs, columns): their numbers, see `cabledrive.simulation.plan`
 
 

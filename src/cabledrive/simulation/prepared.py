@@ -44,8 +44,8 @@ class Outcome(NamedTuple):
 class PreparedRun(ABC):
     """A run that has not begun. A state is a NamedTuple of arrays, the first of ``counts`` the steps done.
 
-    ``channels`` are the columns of a record, of a loop the first ones, ``width`` the numbers in it, ``nodes``
-    those of all ropes; ``settings`` distinguish the run from others of its drive, scheme and recording.
+    ``channels`` are the columns of a record, ``nodes`` those of all ropes; ``settings`` distinguish the run
+    from others of its drive, scheme and recording.
     """
 
     machine: Machine
@@ -64,16 +64,11 @@ class PreparedRun(ABC):
         """Nodes of all ropes."""
 
     @property
-    def width(self) -> int:
-        """Numbers per record."""
-        return len(self.channels)
-
-    @property
     def record_size(self) -> int:
         """Bytes of all records."""
         records, every = self.grid.records, self.recording.fields
         fields = records // every + 1 if every else 0
-        return 8 * ((records + 1) * self.width + fields * 3 * self.nodes)
+        return 8 * ((records + 1) * len(self.channels) + fields * 3 * self.nodes)
 
     @property
     def interpreted(self) -> str | None:
@@ -162,12 +157,12 @@ class PreparedRun(ABC):
     def chunk(self, state: Any, done: int, count: int) -> tuple[Array, Array, str | None]:
         """Steps of some records, into ``state``; ``done``: records before them.
 
-        Returns rows, shape (n, width), whole fields, and why n is less than ``count``, if so.
+        Returns rows, shape (n, channels), whole fields, and why n is less than ``count``, if so.
         """
         every, kept = self.grid.every, self.recording.fields
         inputs = self.inputs(done * every, count * every)
         steps = _finite_steps(inputs, count * every)
-        rows, fields = np.zeros((count, self.width)), np.zeros((count if kept else 0, 3, self.nodes))
+        rows, fields = np.zeros((count, len(self.channels))), np.zeros((count if kept else 0, 3, self.nodes))
         code = self.integrate(state, [given[:steps] for given in inputs], every, rows, fields)
         whole, stopped = -(-int(state.counts[0]) // every) - done, None
         if code != at.DONE:
@@ -184,7 +179,7 @@ class PreparedRun(ABC):
         """
         beyond, inputs = copy_state(state), self.inputs(self.grid.steps, 1)
         keeps_field = self.recording.fields and self.grid.records % self.recording.fields == 0
-        rows, fields = np.zeros((1, self.width)), np.zeros((1 if keeps_field else 0, 3, self.nodes))
+        rows, fields = np.zeros((1, len(self.channels))), np.zeros((1 if keeps_field else 0, 3, self.nodes))
         if not _finite_steps(inputs, 1):
             return rows, fields, self._not_finite(self.grid.steps)
         code = self.integrate(beyond, list(inputs), 1, rows, fields)

@@ -288,11 +288,6 @@ class SimulationResult(Result):
             del known["error_estimate"]
         return Content(numbers, found, words, storable(known))
 
-    @cached_property
-    def dataset(self) -> "xarray.Dataset":
-        """Everything as one labelled dataset with units."""
-        return dataset_of(self.content)
-
     def to_xarray(self) -> "xarray.Dataset":
         """Everything as one labelled dataset.
 
@@ -302,7 +297,7 @@ class SimulationResult(Result):
             Each channel over `time`, with `units` and `long_name`; `displacement(time, probe, plane)` of the
             recorded points, and whole fields where they were kept.
         """
-        return self.dataset
+        return dataset_of(self.content)
 
     def summary(self) -> dict[str, Any]:
         """What the command answers with: plain data, SI.

@@ -67,6 +67,12 @@ def taut_range(pretension: float, rigidity: float) -> tuple[float, float, float]
     return slack_z, 0.5 * (at.LARGEST_Z + lowest), 0.5 * (at.LARGEST_Z - lowest)
 
 
+@njit_inner
+def series(factor: float, z: float) -> float:
+    """The gain of the exact law near z = 0, over EA z and times a factor."""
+    return factor * (C0 + z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * (C6 + z * C7)))))))
+
+
 @njit_in_place
 def _exact(by_series: bool, rope: Rope, here: tuple[int, int], x: Array, inverse: Array, p: Array) -> int:
     """Exact law, without root and division where ``by_series``; how many are slack or out of its range."""
@@ -79,9 +85,7 @@ def _exact(by_series: bool, rope: Rope, here: tuple[int, int], x: Array, inverse
         u_x, v_x, w_x = (x[0, after] - x[0, i]) * h, (x[1, after] - x[1, i]) * h, (x[2, after] - x[2, i]) * h
         z = u_x * (2.0 + u_x) + v_x * v_x + w_x * w_x
         if by_series:
-            gain = (
-                rigidity * z * (C0 + z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * (C6 + z * C7)))))))
-            )
+            gain = series(rigidity * z, z)
             outside += abs(z - centre) > reach
         else:
             gain = rigidity * z / (1.0 + z + sqrt(1.0 + z))

@@ -69,11 +69,6 @@ class Pluck:
         if not 0.0 < self.place < 1.0:
             raise InputRefused(f"pluck: place = {self.place} must lie between 0 and 1, inside the span")
 
-    @property
-    def smooth(self) -> bool:
-        """Whether the shape has no corner by construction."""
-        return self.shape != "triangle"
-
 
 @described
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -170,9 +170,8 @@ def _part(station: Station, chosen: NDArray[np.intp]) -> Station:
 def _aligned(found: Station, overlap: Array) -> Station:
     """Turn the shapes of a multiple mode, which are any basis, towards those they are compared with."""
     frequency, shapes = found.frequency, found.shapes.copy()
-    groups = np.split(
-        np.arange(frequency.size), np.flatnonzero(np.diff(frequency) > TOUCHING * frequency[1:]) + 1
-    )
+    apart = np.flatnonzero(np.diff(frequency) > TOUCHING * frequency[1:]) + 1
+    groups = np.split(np.arange(frequency.size), apart)
     for group in groups:
         if group.size == 1:
             continue

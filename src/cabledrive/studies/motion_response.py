@@ -19,27 +19,9 @@ from cabledrive.parameters.route import Machine, posed
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction.stretches import StretchModel
 from cabledrive.reduction.waves import Waves, waves_of
-from cabledrive.studies.excited_modes import (
-    ALWAYS,
-    LEAST_GROWTH,
-    LEAST_SHARE,
-    STRONG,
-    Row,
-    amplitudes,
-    excited_modes,
-    lines_of,
-)
+from cabledrive.studies import excited_modes as excited
+from cabledrive.studies import motion_stages as staged
 from cabledrive.studies.motion_snapshot import Snapshot, longitudinal_of, snapshot_of, tracked
-from cabledrive.studies.motion_stages import (
-    Extremes,
-    driven_way,
-    integrate,
-    interpolated,
-    places_along,
-    poses_along,
-    stages_along,
-    torques_of,
-)
 from cabledrive.studies.pair_thresholds import refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion, drive_at
 
@@ -86,13 +68,13 @@ class PreparedMotion:
         detuned: float = 0.0,
         torque: float = 1.0,
         parametric: bool = True,
-    ) -> Extremes:
+    ) -> staged.Extremes:
         """Largest displacements along the motion; ``floor`` [m] of every mode begins at ``phase`` [rad]."""
         models = [model._replace(transverse=(1.0 + detuned) * model.transverse) for model in self.models]
         if not parametric:
             models = [m._replace(coupling=0.0 * m.coupling, square=0.0 * m.square) for m in models]
-        stages = list(stages_along(models, self.here, torque * self.torque))
-        return integrate(stages, self.h, floor=floor, phase=phase)[0]
+        stages = list(staged.stages_along(models, self.here, torque * self.torque))
+        return staged.integrate(stages, self.h, floor=floor, phase=phase)[0]
 
 
 class _Course:
@@ -105,11 +87,11 @@ class _Course:
         places = dict(motion.places)
         if self.machine.body and not places:
             network = network_of(self.machine, motor=FREE)
-            driven = driven_way(self.machine, network, motion)
-            places = {} if driven is None else places_along(self.machine, network, driven[0])
+            driven = staged.driven_way(self.machine, network, motion)
+            places = {} if driven is None else staged.places_along(self.machine, network, driven[0])
         columns = {name: getattr(motion, name) for name in ("pretension", "carriage", "load_torque")}
         places |= {name: values for name, values in columns.items() if values is not None}
-        self.poses, here = poses_along(self.machine, places, motion.time)
+        self.poses, here = staged.poses_along(self.machine, places, motion.time)
         self.here, self.driven = here, len(self.poses) > 1 and not motion.places and not motion.changes
 
     def network(self, pose: Mapping[str, float]) -> tuple[Network, float]:
@@ -137,7 +119,7 @@ def prepare(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5) -> Pr
     """State of rest and modes that a motion can excite above a ``floor`` [m], along the motion."""
     course = _Course(drive, motion)
     networks, holding = zip(*(course.network(pose) for pose in course.poses), strict=True)
-    stated = course.sense * np.column_stack(torques_of(course.machine, motion))
+    stated = course.sense * np.column_stack(staged.torques_of(course.machine, motion))
 
     def torque_at(time: Array) -> Array:
         """Torque above the holding torque at some instants, shape (n, motors) [N m]."""
@@ -147,7 +129,7 @@ def prepare(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5) -> Pr
         return found - held[:, None] * (np.arange(found.shape[1]) == 0)
 
     even = np.linspace(0.0, motion.time[-1], max(motion.time.size, 256))
-    size = np.linalg.norm(amplitudes(torque_at(even)), axis=1)
+    size = np.linalg.norm(excited.amplitudes(torque_at(even)), axis=1)
     total = np.cumsum(size**2)
     place = 1  # of the frequency below which 99.9 % of the torque's power lies [rad/s]
     if total[-1] > 0.0:
@@ -168,15 +150,15 @@ def prepare(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5) -> Pr
     here, torque = np.interp(time, motion.time, course.here), torque_at(time)
     first = waves_of(networks[0], list(along), [])
     still = [sagging.sagging_model(first, [])]
-    history = integrate([(still[0], torque)], h, history=True)[1]
-    lines = lines_of(history, still[0], h)
+    history = staged.integrate([(still[0], torque)], h, history=True)[1]
+    lines = excited.lines_of(history, still[0], h)
     top = _reach(lines, first, networks, floor)
     snapshots, ambiguous = _snapshots(course, networks, along, top)
     waves = [one.waves() for one in snapshots]
     rows, complete = _chosen(snapshots, waves, lines, floor)
     if len(snapshots) > 1:
         still = [sagging.sagging_model(own, []) for own in waves]
-        history = integrate(list(stages_along(still, here, torque)), h, history=True)[1]
+        history = staged.integrate(list(staged.stages_along(still, here, torque)), h, history=True)[1]
     kept_keys = [snapshots[0].keys[i] for own, _ in rows for i in own]
     named = ("longitudinal", *(f"mode {n} of {span} ({plane}) between" for span, plane, _, n in kept_keys))
     models = _models(snapshots, rows, top)
@@ -210,18 +192,15 @@ def _reach(
     loss = min(piece.rope.transverse_damping for piece in network.pieces)
     shaken = size * float(np.abs(sagging.sag_slopes(waves)[0]).max()) * speed
     shaken = shaken * np.minimum(1.0 / max(loss, 1e-300), 0.5 * duration)
-    direct = omega[(shaken > LEAST_SHARE * floor) | (size > 0.5 * STRONG)].max(initial=0.0)
-    pumped = omega[0.125 * omega * size * duration > 0.5 * LEAST_GROWTH].max(initial=0.0)
-    return max(min(max(1.1 * direct, 0.6 * pumped), most), (ALWAYS + 0.5) * pi / times.min())
+    direct = omega[(shaken > excited.LEAST_SHARE * floor) | (size > 0.5 * excited.STRONG)].max(initial=0.0)
+    pumped = omega[0.125 * omega * size * duration > 0.5 * excited.LEAST_GROWTH].max(initial=0.0)
+    return max(min(max(1.1 * direct, 0.6 * pumped), most), (excited.ALWAYS + 0.5) * pi / times.min())
 
 
 def _crossing_times(network: Network) -> list[float]:
     """Time that a transverse wave takes along each section between held places [s]."""
-    times, found, number = network.time[1::3], list[float](), 0
-    for own in network.sections:
-        found.append(float(times[number : number + len(own)].sum()))
-        number += len(own)
-    return found
+    ends = np.cumsum([len(own) for own in network.sections])[:-1]
+    return [float(times.sum()) for times in np.split(network.time[1::3], ends)]
 
 
 def _snapshots(
@@ -252,11 +231,8 @@ def _chosen(
     first = snapshots[0]
     pieces = first.network.pieces
     moving = np.array([np.isin(np.arange(len(pieces)), own) for own in first.pieces])
-    omega = (
-        2.0
-        * pi
-        * np.array([[np.nan if mode is None else mode.frequency for mode in one.across] for one in snapshots])
-    )
+    hertz = [[np.nan if mode is None else mode.frequency for mode in one.across] for one in snapshots]
+    omega = 2.0 * pi * np.array(hertz)
     loss = np.array([piece.rope.transverse_damping for piece in pieces])
     planes = np.array([key[1] for key in first.keys])
     found, complete = [], True
@@ -268,13 +244,13 @@ def _chosen(
             here = here[np.argsort(omega[number, here])][:HIGHEST]
             speeds = waves[number].length / waves[number].network.time[1::3]
             steep = np.abs(sagging.sag_slopes(waves[number])[0][own_pieces]).max()
-            row = Row(
+            row = excited.Row(
                 omega=omega[number, here],
                 loss=float(loss[own_pieces].min()),
                 speed=float(speeds[own_pieces].max()),
                 steep=float(steep) if planes[members[0]] == "w" else 0.0,
             )
-            chosen |= dict.fromkeys(int(here[i]) for i in excited_modes(row, lines, floor))
+            chosen |= dict.fromkeys(int(here[i]) for i in excited.excited_modes(row, lines, floor))
         complete &= len(chosen) <= MOST_MODES
         found.append((sorted(list(chosen)[:MOST_MODES]), own_pieces))
     return found, complete
@@ -316,7 +292,7 @@ def _models(
 def _swing(history: Array, still: Sequence[StretchModel], here: Array, torque: Array, h: float) -> Array:
     """Amplitude of each longitudinal mode about where the torque holds it, (steps, k); zero if rigid."""
     natural, shape = (
-        interpolated([getattr(one, of) for one in still], here) for of in ("natural", "torque_shape")
+        staged.interpolated([getattr(one, of) for one in still], here) for of in ("natural", "torque_shape")
     )
     place, elastic = history[:, : natural.shape[1]], natural > 0.0
     safe = np.where(elastic, natural, 1.0)

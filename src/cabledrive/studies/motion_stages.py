@@ -107,9 +107,8 @@ def interpolated(values: Sequence[Array], here: Array) -> Array:
     stacked = np.array(values)
     first = np.minimum(here.astype(np.intp), max(len(stacked) - 2, 0))
     share = (here - first).reshape(-1, *[1] * (stacked.ndim - 1))
-    return np.asarray(
-        (1.0 - share) * stacked[first] + share * stacked[np.minimum(first + 1, len(stacked) - 1)]
-    )
+    second = np.minimum(first + 1, len(stacked) - 1)
+    return np.asarray((1.0 - share) * stacked[first] + share * stacked[second])
 
 
 def between(models: Sequence[StretchModel], place: float) -> StretchModel:

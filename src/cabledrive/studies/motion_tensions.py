@@ -26,14 +26,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import RoutedDrive, moved
 from cabledrive.parameters.route.strain_free import place_of
-from cabledrive.studies.motion_stages import (
-    driven_way,
-    places_along,
-    pose_words,
-    poses_along,
-    strainless,
-    torques_of,
-)
+from cabledrive.studies import motion_stages as stages
 from cabledrive.studies.pair_thresholds import refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion
 
@@ -52,7 +45,7 @@ def _network(drive: RoutedDrive, pose: Mapping[str, float]) -> Network:
     try:
         return network_of(moved(drive, pose) if pose else drive, motor=FREE)
     except InputRefused as refusal:
-        raise InputRefused(f"motion: at {pose_words(drive, pose) or 'rest'}: {refusal}") from None
+        raise InputRefused(f"motion: at {stages.pose_words(drive, pose) or 'rest'}: {refusal}") from None
 
 
 def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) -> Array:
@@ -121,16 +114,16 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
     network, given = network_of(drive, motor=FREE), bool(motion.places)
     if given:
         steps = np.column_stack([own - place_of(drive, key) for key, own in motion.places.items()])
-        way = steps @ _follow(network, strainless(network), motion, steps).T
+        way = steps @ _follow(network, stages.strainless(network), motion, steps).T
     else:
-        driven = driven_way(drive, network, motion)
+        driven = stages.driven_way(drive, network, motion)
         if driven is None:
             said = "motion: weights or directions of ropes hold the machine against its torque"
             raise InputRefused(f"{said}: give the places of its bodies as columns")
         way, rate = driven
-    poses, here = poses_along(drive, places_along(drive, network, way), motion.time)
+    poses, here = stages.poses_along(drive, stages.places_along(drive, network, way), motion.time)
     networks = [_network(drive, pose) for pose in poses]
-    frees = [strainless(one) for one in networks]
+    frees = [stages.strainless(one) for one in networks]
     if given:  # by the motions of each pose
         planned = np.column_stack(list(motion.places.values()))
         speed = _slope(motion.time, planned)
@@ -146,7 +139,7 @@ def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions
     count = int(np.clip(duration * highest / (2.0 * pi) * PER_PERIOD, LEAST_STEPS, MOST_STEPS))
     time = np.linspace(0.0, duration, count + 1)
     share = shares(np.interp(time, motion.time, here), len(networks))
-    stated = np.column_stack(torques_of(drive, motion))
+    stated = np.column_stack(stages.torques_of(drive, motion))
     rate, acceleration, stated = (
         np.column_stack([np.interp(time, motion.time, column) for column in values.T])
         for values in (rate, _slope(motion.time, rate), stated)

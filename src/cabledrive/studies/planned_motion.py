@@ -112,9 +112,7 @@ def read_motion(path: str | Path, machine: Machine | None = None, *, torque: boo
         If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
     path, columns, places, torques = Path(path), COLUMNS, dict[str, str](), dict[str, str]()
-    if isinstance(
-        machine, RoutedDrive
-    ):  # bodies and the motors behind the first, by the words of their column
+    if isinstance(machine, RoutedDrive):  # bodies and motors behind the first, by the words of their column
         moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
         motors = [machine.pulley[number].name for number in machine.driven[1:]]
         places = {name.lower().replace("_", " "): name for name in moves}

@@ -61,9 +61,8 @@ class ResonanceSummary(Result):
     coulomb_onset: float | None = figure(
         "N m", "No growth below, by Coulomb friction", SHOWN, SLACK, key="coulomb_onset_torque", default=None
     )
-    pairs: tuple[
-        NearPair, ...
-    ] = ()  # of the pulley mode and of others near resonance, lowest threshold first
+    # of the pulley mode and of others near resonance, lowest threshold first
+    pairs: tuple[NearPair, ...] = ()
     reasons: tuple[str, ...]  # of the verdict
     missing: dict[str, str]  # why a number does not exist, by its name
     motor: str  # how the rotors are held

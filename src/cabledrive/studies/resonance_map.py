@@ -302,10 +302,8 @@ def _single_states(c: AveragedCoefficients) -> list[Complex]:
 def _section(c: AveragedCoefficients, j: int, times: int) -> AveragedCoefficients:
     """Section j alone, or as if it were there twice."""
     rows = {name: np.repeat(getattr(c, name)[j : j + 1], times) for name in _PER_SECTION}
-    squares = {
-        name: np.full((times, times), getattr(c, name)[j, j], dtype=float) for name in ("cubic", "static")
-    }
-    return c._replace(**rows, **squares)
+    cubic, static = (np.full((times, times), one[j, j], dtype=float) for one in (c.cubic, c.static))
+    return c._replace(**rows, cubic=cubic, static=static)
 
 
 def _joint_states(c: AveragedCoefficients, rng: np.random.Generator) -> list[Complex]:

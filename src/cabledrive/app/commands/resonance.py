@@ -60,20 +60,7 @@ def command(
     """
     import numpy as np
 
-    from cabledrive.app.resonances import (
-        ALARM,
-        BRANCH,
-        MOST_PASSAGES,
-        REMEDY,
-        SUMMARY,
-        alarm_text,
-        branches_text,
-        loop_data,
-        loop_text,
-        of_motion,
-        remedies_text,
-        summary_text,
-    )
+    from cabledrive.app import resonances as shown
     from cabledrive.mechanics.holding import FREE, left_out_under_torque
     from cabledrive.reduction.threshold import BUILD_UP, NEAR, RESONANT
     from cabledrive.report.machine.tables import pair_data
@@ -100,20 +87,22 @@ def command(
     if motion_file is not None:
         motion = read_motion(motion_file, drive)
         judged = alarm(drive, motion, floor=floor, limit=limit)
-        found = of_motion(found, judged)
-    data = SUMMARY(found) | {"pairs": [pair_data(pair) for pair in found.pairs]}
-    data["remedies"] = [REMEDY(change) for change in changes]
-    parts = summary_text(drive, found)
+        found = shown.of_motion(found, judged)
+    data = shown.SUMMARY(found) | {"pairs": [pair_data(pair) for pair in found.pairs]}
+    data["remedies"] = [shown.REMEDY(change) for change in changes]
+    parts = shown.summary_text(drive, found)
     if changes:
-        parts.append(remedies_text(changes, "the pulley mode" if unsafe else "it"))
+        parts.append(shown.remedies_text(changes, "the pulley mode" if unsafe else "it"))
     if region is not None:
-        data |= loop_data(loop, found, load_torque)
-        parts += loop_text(loop, found)
+        data |= shown.loop_data(loop, found, load_torque)
+        parts += shown.loop_text(loop, found)
     if judged is not None:
         left_out = left_out_under_torque(drive)
-        listed = replace(judged, passages=judged.passages[:MOST_PASSAGES])
-        data["motion"] = ALARM(listed) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
-        parts.append(alarm_text(judged) + (f"\n{left_out}" if left_out else ""))
+        listed = replace(judged, passages=judged.passages[: shown.MOST_PASSAGES])
+        data["motion"] = (
+            shown.ALARM(listed) | {"motor": FREE} | ({"motor_reason": left_out} if left_out else {})
+        )
+        parts.append(shown.alarm_text(judged) + (f"\n{left_out}" if left_out else ""))
     if map_file is not None:
         from cabledrive.report.map_page import resonance_map_page, spot_check_line
         from cabledrive.studies.resonance_map import growth_map, spot_checks
@@ -126,8 +115,8 @@ def command(
             branches = steady_branches(loop, acting, np.random.default_rng(SEED), load_torque=load_torque)
         except NotComputed as failure:
             branches, incomplete = (), str(failure)
-        data["branches"] = [BRANCH(branch) for branch in branches]
-        parts.append(branches_text(branches, acting))
+        data["branches"] = [shown.BRANCH(branch) for branch in branches]
+        parts.append(shown.branches_text(branches, acting))
         incomplete = incomplete or next((branch.ended for branch in branches if not branch.complete), None)
     method, tolerances = (METHOD, {"build_up": BUILD_UP}) if region is not None else (METHOD_OF_PAIRS, None)
     about = provenance(drive, method=method, tolerances=tolerances)

@@ -8,16 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cabledrive.answers.figures import Row, aligned, percent, shown
+from cabledrive.app import finished_study as kept
 from cabledrive.app.failures import note
-from cabledrive.app.finished_study import (
-    STAGES,
-    asked_hash,
-    check_folder,
-    code_hash,
-    finished,
-    folder_of,
-    kept_if_interrupted,
-)
 from cabledrive.app.options import axis_argument, opt, subcommand
 from cabledrive.app.results import Answer
 from cabledrive.parameters import Drive, InputRefused
@@ -56,13 +48,13 @@ def command(
     DIR receives report.html, results.json, drive.toml (as identified), controller.json (the law in numbers)
     and the finished stages; a changed input redoes only the stages that depend on it.
     """
-    folder = folder_of(output)
-    asked = asked_hash(drive, [goals, *logs], (quick, every_law))
+    folder = kept.folder_of(output)
+    asked = kept.asked_hash(drive, [goals, *logs], (quick, every_law))
     before = None if force else _finished_before(folder, asked)
     if before is not None:
         return _answer(before, folder)
-    check_folder(folder, force=force)
-    with kept_if_interrupted(folder), one_process(folder / STAGES):
+    kept.check_folder(folder, force=force)
+    with kept.kept_if_interrupted(folder), one_process(folder / kept.STAGES):
         before = None if force else _finished_before(folder, asked)  # by another process meanwhile
         if before is not None:
             data = before
@@ -74,7 +66,7 @@ def command(
 
 
 def _finished_before(folder: Path, asked: str) -> dict[str, Any] | None:
-    before = finished(folder)
+    before = kept.finished(folder)
     if before is None:
         return None
     if before.get("asked") != asked:
@@ -82,7 +74,7 @@ def _finished_before(folder: Path, asked: str) -> dict[str, Any] | None:
             f"{folder}: holds the report of another study: choose another folder, or add --force, which "
             "keeps the stages that still hold"
         )
-    if before.get("code") != code_hash():
+    if before.get("code") != kept.code_hash():
         raise InputRefused(
             f"{folder}: holds this study as another state of the package made it: choose another folder, or "
             "add --force to do it anew"
@@ -100,7 +92,7 @@ def _without_chain(drive: Machine, why: str, logs: int, folder: Path, asked: str
     results = study_without_chain(drive, why, logs)
     note("report")
     written = {REPORT: report_html([drive]), DRIVE: drive_text(drive)}
-    return finish(folder, written, results, asked=asked, code=code_hash())
+    return finish(folder, written, results, asked=asked, code=kept.code_hash())
 
 
 def _goals(file: str | None, quick: bool, every_law: bool) -> "Goals":
@@ -119,10 +111,10 @@ def _studied(
     from cabledrive.studies.study.stage_cache import sweep
 
     sweep(folder)
-    sweep(folder / STAGES)
-    result = run_study(drive, [Path(log) for log in logs], wanted, folder=folder / STAGES, note=note)
+    sweep(folder / kept.STAGES)
+    result = run_study(drive, [Path(log) for log in logs], wanted, folder=folder / kept.STAGES, note=note)
     note("report")
-    return write_files(result, folder, study_html(result), asked=asked, code=code_hash())
+    return write_files(result, folder, study_html(result), asked=asked, code=kept.code_hash())
 
 
 def _answer(data: dict[str, Any], folder: Path) -> Answer:

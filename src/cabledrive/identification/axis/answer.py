@@ -2,24 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from operator import itemgetter
 
 import numpy as np
 
 from cabledrive.identification.axis import check
+from cabledrive.identification.axis import timing as instant
 from cabledrive.identification.axis.axis import Axis, AxisOptions, axis_of, channels_of, values_of
 from cabledrive.identification.axis.observer import NotReproduced, best_bandwidth, run_of, twin_axes, unseen
 from cabledrive.identification.axis.prediction import NAME as PREDICTION
 from cabledrive.identification.axis.prediction import Predicted, predict
 from cabledrive.identification.axis.simulated import NOT_FOLLOWED, SEED, refined
-from cabledrive.identification.axis.timing import (
-    CUSTOMARY,
-    TorqueTiming,
-    clock_drift,
-    given_timing,
-    timing_of,
-    with_clock,
-)
 from cabledrive.identification.estimates import Finding, Identification
 from cabledrive.identification.logs.log import ColumnMap, Log
 from cabledrive.parameters import NotComputed
@@ -77,16 +71,16 @@ def answer(logs: Sequence[Log], options: IdentifyOptions) -> Identification:
     findings: list[Finding] = []
     cleaned = [without_outliers(log, torque, findings) for log in logs]
     axis = axis_of(cleaned, replace(options.axis, lag=not known))
-    timing = given_timing(options.torque, axis.interval) if known else timing_of(axis)
+    timing = instant.given_timing(options.torque, axis.interval) if known else instant.timing_of(axis)
     drift = 0.0
     for _ in range(DRIFT_ROUNDS):
-        near = timing.determined and abs(timing.shift) <= CUSTOMARY * timing.interval
-        rate = 0.0 if known or near else clock_drift(axis)
+        near = timing.determined and abs(timing.shift) <= instant.CUSTOMARY * timing.interval
+        rate = 0.0 if known or near else instant.clock_drift(axis)
         if rate == 0.0:
             break
         drift += rate
-        axis = replace(axis, logs=tuple(with_clock(log, torque, rate) for log in axis.logs))
-        timing = timing_of(axis)
+        axis = replace(axis, logs=tuple(instant.with_clock(log, torque, rate) for log in axis.logs))
+        timing = instant.timing_of(axis)
     if drift != 0.0:
         words = f"the clocks of torque and angle drift apart by {1e6 * drift:.3g} parts in a million: "
         words += "corrected; record both with one clock"
@@ -154,7 +148,7 @@ def _doubts_of(axis: Axis) -> list[Finding]:
 
 
 def _by_methods(
-    axis: Axis, found: Identification, options: IdentifyOptions, timing: TorqueTiming
+    axis: Axis, found: Identification, options: IdentifyOptions, timing: instant.TorqueTiming
 ) -> Identification:
     """The answer by prediction error, or by what else was asked for or is possible; its model checked."""
     method, smooth = options.method, axis.options.friction.kind in ("coulomb", "tanh")
@@ -208,7 +202,7 @@ def _checked(axis: Axis, chosen: Identification, options: IdentifyOptions) -> Id
     return replace(chosen, checked=True, check_reason="the model does not reproduce the log")
 
 
-def timed(found: Identification, timing: TorqueTiming) -> Identification:
+def timed(found: Identification, timing: instant.TorqueTiming) -> Identification:
     """With what was found of the torque's instant."""
     found = found.noting(torque_shift=timing.shift, torque_shift_error=timing.error)
     if timing.stated:
@@ -218,24 +212,17 @@ def timed(found: Identification, timing: TorqueTiming) -> Identification:
     return found.noting(torque_delay=-timing.shift).saying("torque-timing", timing.words)
 
 
-def _apart(one: Identification, other: Identification) -> list[tuple[str, float, float]]:
-    """Parameters of two answers that exclude each other: name in words, both values."""
-    found = []
-    for name, first in one.parameters.items():
-        second = other.parameters[name]
-        off, joint = abs(first.value - second.value), np.hypot(first.standard_error, second.standard_error)
-        if off > CONTRADICTION * joint and off > ALIKE * abs(first.value):
-            found.append((name.replace("_", " "), first.value, second.value))
-    return found
-
-
 def _compared(found: Identification, each: Sequence[Identification]) -> Identification:
     """The answer with a finding where logs of one axis exclude each other; ``each``: of one log by itself."""
-    for k, one in enumerate(each):
-        for other in each[k + 1 :]:
-            if names := _apart(one, other):
-                words = ", ".join(f"{name} {a:.4g} and {b:.4g}" for name, a, b in names)
-                return found.saying("logs-contradict", f"the logs contradict each other: {words}")
+    for one, other in combinations(each, 2):
+        apart = []
+        for name, a in one.parameters.items():
+            b = other.parameters[name]
+            off, joint = abs(a.value - b.value), np.hypot(a.standard_error, b.standard_error)
+            if off > CONTRADICTION * joint and off > ALIKE * abs(a.value):
+                apart.append(f"{name.replace('_', ' ')} {a.value:.4g} and {b.value:.4g}")
+        if apart:
+            return found.saying("logs-contradict", f"the logs contradict each other: {', '.join(apart)}")
     return found
 
 
@@ -248,6 +235,5 @@ def _with_rest(chosen: Identification, predicted: Predicted, *, turns: bool) -> 
     wave = max(map(check.position_wave, runs), key=itemgetter(0))[1] if turns else ""
     if wave:  # most of what is left, or far above all others
         return chosen.without(check.MISFIT).saying(check.MISFIT, f"the model does not fit: {wave}")
-    return (
-        chosen.saying("unexplained-torque", words) if words and check.MISFIT not in chosen.codes else chosen
-    )
+    said = words and check.MISFIT not in chosen.codes
+    return chosen.saying("unexplained-torque", words) if said else chosen

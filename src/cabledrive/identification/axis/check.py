@@ -154,9 +154,8 @@ def position_wave(run: Prediction) -> tuple[float, str]:
         return 0.0, ""
     least = 1 if turned >= TURN else int(np.ceil(PERIODS / turned))
     counts = np.arange(least, MOST_WAVES + 1)
-    families = [
-        [_explained(left, size * np.exp(1j * count * place)) for count in counts] for size in (1.0, driven)
-    ]
+    turning = [np.exp(1j * count * place) for count in counts]
+    families = [[_explained(left, size * wave) for wave in turning] for size in (1.0, driven)]
     waves = max(families, key=max)
     (best, amplitude), ripple = max(waves), waves is families[1]
     first = int(counts[waves.index((best, amplitude))])

@@ -120,9 +120,8 @@ class AxisEquation:
             return speed
         by_friction = cumulative_trapezoid(-self.kink * np.sign(speed), dx=interval, initial=0.0)
         moved = cumulative_trapezoid(by_friction, dx=interval, initial=0.0)
-        return (
-            signals.difference(signals.zero_phase(position - moved, interval, band), interval) + by_friction
-        )
+        smooth = signals.zero_phase(position - moved, interval, band)
+        return signals.difference(smooth, interval) + by_friction
 
     def columns(
         self, position: Array, torque: Array, interval: float
@@ -133,9 +132,8 @@ class AxisEquation:
         zone = 0.0
         if self.quantum > 0.0 and not self.friction.kind.startswith("asymmetric"):
             # twice the deviation of the speed that the encoder's rounding makes
-            frequency, response = signal.freqz_sos(
-                signals.butterworth(interval, band), worN=2048, fs=1 / interval
-            )
+            sections = signals.butterworth(interval, band)
+            frequency, response = signal.freqz_sos(sections, worN=2048, fs=1 / interval)
             gain = np.abs(response) ** 2 * 2 * pi * frequency
             zone = DEAD_ZONE_DEVIATIONS * self.quantum / sqrt(12) * float(np.sqrt(np.mean(gain**2)))
         sign = direction_of(quick, zone, int(0.5 / (band * interval)))

@@ -131,9 +131,8 @@ def evidence_by_innovations(axis: Axis, found: Identification) -> tuple[Evidence
     if any(e.alarms for e in every):  # what sound logs show, and the doubt about the hold of the torque
         sound = [factors_of(twin) for twin in seen.twins(values, SEED)]
         for k, e in enumerate(every):
-            shown, errors = np.array(
-                [(fit.values[-1], b) for fit, b in (_factor_of(m, e.name) for m in sound)]
-            ).T
+            fits = [_factor_of(one, e.name) for one in sound]
+            shown, errors = np.array([(fit.values[-1], error) for fit, error in fits]).T
             always, spread = float(shown.mean()), max(0.0, float(shown.var(ddof=1) - np.mean(errors**2)))
             doubt = float(_factor_of(factors, e.name, observer.HOLD)[0].values[-1])
             off, unsure = (always, UNLIKE * always) if e.fault in JOINT else (0.0, always)

@@ -154,9 +154,8 @@ class Observed:
         factors = self.factors(values)
         if not np.all(np.isfinite(factors.triangles)):
             raise NotReproduced
-        return estimates.solve(
-            estimates.suited_segments(factors if lag else estimates.only(factors, BASE), each=True)
-        )
+        asked = factors if lag else estimates.only(factors, BASE)
+        return estimates.solve(estimates.suited_segments(asked, each=True))
 
     def twins(self, values: Array, seed: int) -> Iterator["Observed"]:
         """Logs of a rigid axis with friction of the same law that moves beside the measured one."""
@@ -302,9 +301,8 @@ def _beside(track: Track, values: Array) -> tuple[Array, Array]:
 def _noises(run: Prediction) -> tuple[float, float]:
     """Deviations of the noise of angle and torque, from the power that innovations usually have."""
     track, h = run.track, run.track.interval
-    power = float(
-        np.median([part.mean() for part in np.array_split(run.innovation**2, estimates.MOST_SEGMENTS)])
-    )
+    parts = np.array_split(run.innovation**2, estimates.MOST_SEGMENTS)
+    power = float(np.median([part.mean() for part in parts]))
     # of the innovation for white noise of power 1 in the angle, and in the torque
     forward = np.array([[1.0, h], [0.0, 1.0]])
     corrected = forward @ (np.eye(2) - np.outer(run.gains[:2], [1.0, 0.0]))

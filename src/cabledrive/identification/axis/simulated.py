@@ -150,15 +150,12 @@ def _linearised(cases: list[Case], values: Array, speeds: Array) -> tuple[Factor
             "the motion of the fitted axis diverges: a feedback loop controls it, or the model is wrong"
         )
     names = (*BASE, *(f"start {k}" for k in range(len(cases))), *((LAG,) if cases[0].lag else ()))
-    parts = [(_apart(slopes, k, len(cases)), residual) for k, (residual, slopes) in enumerate(rows)]
+    parts = []
+    for number, (residual, slopes) in enumerate(rows):
+        starts = np.zeros((len(slopes), len(cases)))
+        starts[:, number] = slopes[:, 4]
+        parts.append((np.hstack([slopes[:, :4], starts, slopes[:, 5:]]), residual))
     return stacked(names, parts), left
-
-
-def _apart(slopes: Array, number: int, count: int) -> Array:
-    """Sensitivities of one of several logs: each has its own speed at the start."""
-    starts = np.zeros((len(slopes), count))
-    starts[:, number] = slopes[:, 4]
-    return np.hstack([slopes[:, :4], starts, slopes[:, 5:]])
 
 
 def _own_error(axis: Axis, values: Array) -> Array:

@@ -96,9 +96,8 @@ class Topics:
         both = time[(time >= first) & (time <= last)]
         if both.size < 3:
             raise InputRefused(f"{self.source}: {' and '.join(topics)} do not overlap in {kind}: take one")
-        return {
-            name: np.asarray(np.interp(both, others[_topic(name, self.rows)], arrays[name])) for name in names
-        }
+        stamps = {name: others[_topic(name, self.rows)] for name in names}
+        return {name: np.asarray(np.interp(both, stamps[name], arrays[name])) for name in names}
 
 
 def flatten(prefix: str, value: Any, into: dict[str, float]) -> None:

@@ -223,6 +223,5 @@ def _places(stamps: Array, interval: float, resample: bool) -> Integers:
     regular = np.mean(np.abs(np.diff(stamps) / interval - 1.0) < 0.05) > 0.6
     if np.ptp(off) < 1.5 and not regular:
         return whole
-    return np.concatenate(
-        ([0], np.cumsum(np.maximum(1, np.rint(np.diff(stamps) / interval)).astype(np.int64)))
-    )
+    counted = np.maximum(1, np.rint(np.diff(stamps) / interval)).astype(np.int64)
+    return np.concatenate(([0], np.cumsum(counted)))

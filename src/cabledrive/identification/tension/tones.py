@@ -222,9 +222,8 @@ def _conclude(time: Array, tones: Tones, state: _Projection, power: int) -> Tone
     clear = _clear(by_frequency, others, soft, state)
     shared = _clear(by_frequency @ _families(tones), others, soft, state)
     alone, common = (np.linalg.pinv(c.T @ c, hermitian=True, rcond=1e-14) for c in (clear, shared))
-    left = np.concatenate(
-        [state.residual, np.zeros(count), -tones.rise[resolved] * np.sqrt(variance) / USUAL_RISE]
-    )
+    pulled = -tones.rise[resolved] * np.sqrt(variance) / USUAL_RISE
+    left = np.concatenate([state.residual, np.zeros(count), pulled])
     linear = np.linalg.pinv(state.triangle.T @ state.triangle, hermitian=True)
     spread = np.sqrt(variance * np.diag(linear))
     return TonesFit(

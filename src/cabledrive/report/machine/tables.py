@@ -10,15 +10,8 @@ from cabledrive.modal.tuning import Pair
 from cabledrive.report.blocks import Table, listed
 from cabledrive.report.machine.data import both
 from cabledrive.report.words import speed_unit
+from cabledrive.studies import motion_margins as margins
 from cabledrive.studies.excitation_orders import Campbell
-from cabledrive.studies.motion_margins import (
-    FRICTION,
-    TEETH,
-    MotionMargins,
-    MotorMargin,
-    PulleyMargin,
-    SpanMargin,
-)
 from cabledrive.studies.pair_thresholds import BOTH, TOO_FAR, NearPair
 from cabledrive.studies.resonance_detuning import ResonanceSummary
 
@@ -77,20 +70,20 @@ SPAN = Keys(
     "name route tension_at_rest=rest tension_without_vibration=even lowest_at highest_at slack safety_factor "
     "verdict lowest_tension=tension.0 highest_tension=tension.1",
     {"safety_factor": NO_STRENGTH},
-    of=SpanMargin,
+    of=margins.SpanMargin,
 )
 MOTOR = Keys(
     "pulley=name peak_torque rms_torque holding_torque torque_limit peak_speed speed_limit verdict",
     {"torque_limit": NO_LIMIT, "speed_limit": NO_LIMIT},
-    of=MotorMargin,
+    of=margins.MotorMargin,
 )
 MARGINS = Keys(
     "verdict reasons assumptions overshoot poses step spans motors",
     {"overshoot": "no tension changes"},
     {"spans": SPAN, "motors": MOTOR},
-    of=MotionMargins,
+    of=margins.MotionMargins,
 )
-HELD = {FRICTION: "capstan_friction", TEETH: "teeth_in_mesh allowed_tension=allowed"}
+HELD = {margins.FRICTION: "capstan_friction", margins.TEETH: "teeth_in_mesh allowed_tension=allowed"}
 PULLEYS = {
     by: Keys(
         f"name route by wrap needed_friction effective_tension margin time verdict {held}",
@@ -100,7 +93,7 @@ PULLEYS = {
             "allowed_tension": NO_STRENGTH,
             "capstan_friction": "no capstan_friction in the file",
         },
-        of=PulleyMargin,
+        of=margins.PulleyMargin,
     )
     for by, held in HELD.items()
 }
@@ -132,7 +125,7 @@ MOTORS = (
 )
 
 
-def margins_data(found: MotionMargins) -> dict[str, Any]:
+def margins_data(found: margins.MotionMargins) -> dict[str, Any]:
     """The margins along a motion as JSON has them."""
     pulleys = [PULLEYS[own.by](own) for own in found.pulleys]
     for own, made in zip(found.pulleys, pulleys, strict=True):
@@ -141,7 +134,7 @@ def margins_data(found: MotionMargins) -> dict[str, Any]:
     return MARGINS(found) | {"torque_from": "places" if found.given else "file", "pulleys": pulleys}
 
 
-def margins_tables(found: MotionMargins) -> tuple[Table, Table, Table]:
+def margins_tables(found: margins.MotionMargins) -> tuple[Table, Table, Table]:
     """Spans, pulleys and motors along a motion: what is needed and what holds."""
     turned = (
         {row.key: getattr(own, row.key, None) for row in TURNED} | _needed(own) for own in found.pulleys
@@ -153,9 +146,9 @@ def margins_tables(found: MotionMargins) -> tuple[Table, Table, Table]:
     )
 
 
-def _needed(own: PulleyMargin) -> dict[str, str]:
+def _needed(own: margins.PulleyMargin) -> dict[str, str]:
     """What a pulley must transmit and what it holds."""
-    if own.by == TEETH:
+    if own.by == margins.TEETH:
         allowed = "" if own.allowed is None else quantity(own.allowed, "N", 4)
         return {
             "needed": quantity(own.effective_tension, "N", 4),

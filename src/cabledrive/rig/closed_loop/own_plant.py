@@ -166,10 +166,9 @@ def run_users(
         done = run_own(loop, span, state, log)
         if done is not None:
             return done, None
-    parts = (("controller", own), ("plant", plant))
-    plain = (
-        ", ".join(name for name, part in parts if part is not None and not is_compiled(part.step)) or "loop"
-    )
+    parts = {"controller": own, "plant": plant}
+    named = [name for name, part in parts.items() if part is not None and not is_compiled(part.step)]
+    plain = ", ".join(named) or "loop"
     see, move = (see_chain, move_chain) if loop.cable is None else (cable_ends, move_cable)
     if plant is not None:
         machine, see, move = loop, _see_own, _move_own  # type: ignore[assignment]  # each of its machine

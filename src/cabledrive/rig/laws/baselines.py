@@ -87,9 +87,9 @@ def pid(spec: DesignSpec) -> Controller:
     return _made(spec, "pid", law, {"bandwidth_hz": hertz, "notch_hz": notch})
 
 
-def lqg(spec: DesignSpec, torque: float | None = None) -> Controller:
-    """Linear-quadratic feedback; one count of error weighs as much as a ``torque`` [N m]."""
-    chain, (count, torque, settings) = spec.chain, weights(spec, torque)
+def lqg(spec: DesignSpec) -> Controller:
+    """Linear-quadratic feedback; one count of error weighs as much as a torque."""
+    chain, (count, torque, settings) = spec.chain, weights(spec)
     return _made(spec, "lqg", linear_laws.lq_law(chain, count, torque, spec.interval), settings)
 
 
@@ -128,18 +128,14 @@ def rigid_bandwidth(chain: LumpedChain, error: float, torque: float) -> float:
     return sqrt(torque / (linear_laws.rigid_inertia(chain) * error)) / (2.0 * pi)
 
 
-def weights(
-    spec: DesignSpec, torque: float | None = None, chain: LumpedChain | None = None
-) -> tuple[float, float, dict[str, Any]]:
+def weights(spec: DesignSpec, chain: LumpedChain | None = None) -> tuple[float, float, dict[str, Any]]:
     """Error [rad] and torque [N m] that weigh the same in the laws of a quadratic cost."""
-    count, chain = load_count(spec.drive), chain or spec.chain
-    settings: dict[str, Any] = {"error_weight_rad": count}
-    if torque is None and spec.bandwidth is not None:
-        hertz = _hertz(spec, 0.0)
-        torque = linear_laws.rigid_inertia(chain) * (2.0 * pi * hertz) ** 2 * count  # by Bryson's rule
-        settings["bandwidth_hz"] = hertz
-    torque = LQ_TORQUE if torque is None else torque
-    return count, torque, settings | {"torque_weight": torque}
+    count, torque, settings = load_count(spec.drive), LQ_TORQUE, dict[str, Any]()
+    if spec.bandwidth is not None:
+        settings["bandwidth_hz"] = hertz = _hertz(spec, 0.0)
+        inertia = linear_laws.rigid_inertia(chain or spec.chain)
+        torque = inertia * (2.0 * pi * hertz) ** 2 * count  # by Bryson's rule
+    return count, torque, {"error_weight_rad": count} | settings | {"torque_weight": torque}
 
 
 def integral_time(chain: LumpedChain, error: float, torque: float) -> float:

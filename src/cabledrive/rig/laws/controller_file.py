@@ -236,9 +236,8 @@ def read_controller(path: Any) -> ControllerFile:
     except OSError as error:
         raise InputRefused(f"cannot be read ({error.strerror}): {REMEDY}").at(str(place)) from None
     except (ValueError, RecursionError) as error:
-        raise InputRefused(f"is no controller ({type(error).__name__}: {error}): {REMEDY}").at(
-            str(place)
-        ) from None
+        said = f"is no controller ({type(error).__name__}: {error}): {REMEDY}"
+        raise InputRefused(said).at(str(place)) from None
     return controller_from(data, str(place))
 
 
@@ -251,15 +250,14 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
         law = LawNumbers(int(numbers["kind"]), *(_array(numbers[name]) for name in LawNumbers._fields[1:]))
         if not law.matrix.size:  # a list cannot say how wide an empty table is
             law = law._replace(matrix=np.zeros((0, 2 * len(data["shafts"]) + 1)))
-        kind = int(seen["kind"])
         same: dict[str, Any] = {name: str(data[name]) for name in ("name", "feedback", "drive_hash")}
         same |= {name: tuple(data[name]) for name in ("shafts", "encoders", "columns")}
         same |= {name: float(data[name]) for name in ("sample_time", "load_gear")}
-        states = {name: np.array(seen[name], dtype=np.int64) for name in ("chosen", "places")}
-        model, output, gains, scalars = (
-            _array(seen[name]) for name in ("model", "output", "gains", "scalars")
-        )
-        gains = gains if gains.ndim == 3 else gains[None]
+        parts: dict[str, Any] = {"kind": int(seen["kind"])}
+        parts |= {name: np.array(seen[name], dtype=np.int64) for name in ("chosen", "places")}
+        parts |= {name: _array(seen[name]) for name in ("model", "output", "gains", "scalars")}
+        if parts["gains"].ndim != 3:
+            parts["gains"] = parts["gains"][None]
         found = ControllerFile(
             **same,
             path=place,
@@ -272,26 +270,21 @@ def controller_from(data: Any, place: str, own: OwnController | None = None) -> 
             counts=tuple(float(count) for count in data["counts"]),
             torque_per_volt=data["torque_per_volt"],
             reference=None if data["reference"] is None else _reference(data["reference"]),
-            observer=ObserverNumbers(
-                kind, **states, model=model, output=output, gains=gains, scalars=scalars
-            ),
+            observer=ObserverNumbers(**parts),
         )
     except InputRefused as refusal:
         raise refusal.at(place) from None
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
-        raise InputRefused(f"is no controller ({type(error).__name__}: {error}): {REMEDY}").at(
-            place
-        ) from None
+        said = f"is no controller ({type(error).__name__}: {error}): {REMEDY}"
+        raise InputRefused(said).at(place) from None
     size, law, seen = 2 * len(found.shafts), found.law, found.observer
     fits = law.kind in (DARC, BACKSTEPPING, OWN) or law.rows.shape[-1] == law.matrix.shape[0] + size
     fits = fits and (law.kind != DARC or law.matrix.shape == (size, size))
     whole = seen.kind in (KALMAN, BY_LOAD) and seen.gains.shape[1:] == seen.output.shape[::-1]
     wrong = ""
     if law.kind == OWN and own is None:
-        wrong = (
-            f'holds the filter of "{found.name}", a controller of your own, whose step is code: give that '
-        )
-        wrong += "object in Python"
+        wrong = f'holds the filter of "{found.name}", a controller of your own, whose step is code: '
+        wrong += "give that object in Python"
     elif found.name not in CONTROLLERS and own is None:
         wrong = f'holds the law "{found.name}": take one of {", ".join(CONTROLLERS)}'
     elif not (fits and whole and len(seen.chosen) == size and len(found.encoders) == len(seen.output)):

@@ -9,15 +9,8 @@ import numpy as np
 
 from cabledrive.control.darc import Bounds, darc_gains, darc_numbers, printed_bounds
 from cabledrive.control.load_schedule import LoadSchedule, scheduled_filter, with_load
-from cabledrive.control.numbers import LawNumbers, ObserverNumbers
-from cabledrive.control.observers import (
-    QUIET,
-    KalmanTuning,
-    Sampling,
-    filtered_difference,
-    ideal_states,
-    kalman_filter,
-)
+from cabledrive.control.numbers import DIFFERENCE, IDEAL, LawNumbers, ObserverNumbers
+from cabledrive.control.observers import QUIET, KalmanTuning, Sampling, kalman_filter, plain_observer
 from cabledrive.control.own_controller import OwnController
 from cabledrive.control.reference import (
     FlatOutput,
@@ -109,15 +102,16 @@ def fit_observer(
     """Observer of a law; ``chains``: of its design, and the plant; ``fitted``: counts of what it reads."""
     (design, plant), shafts, schedule = chains, made.shafts, made.schedule
     if options.ideal_sensors:
-        return ideal_states(plant.size, sampling.interval, chosen=[place(plant, one) for one in shafts])
+        chosen = [place(plant, one) for one in shafts]
+        return plain_observer(IDEAL, plant.size, sampling.interval, chosen)
     if options.observer == "difference":
         names = list(fitted)
         missing = [shaft for shaft in shafts if shaft not in fitted]
         if missing:
             said = f"sensors.{missing[0]}_encoder is missing, the difference needs it"
             raise InputRefused(f"{said}: add it, or take the Kalman filter")
-        numbers = [names.index(shaft) for shaft in shafts]
-        return filtered_difference(range(len(names)), sampling.interval, chosen=numbers)
+        chosen = [names.index(shaft) for shaft in shafts]
+        return plain_observer(DIFFERENCE, len(names), sampling.interval, chosen)
     tuning = replace(made.tuning, offsets=()) if options.encoder_phase == "centred" else made.tuning
     designs = [design] if schedule is None else [with_load(design, load) for load in schedule.loads]
     places, chosen = ([place(design, one) for one in names] for names in (fitted, shafts))

@@ -81,9 +81,7 @@ def announced(payload: tuple[Payload, ...], interval: float, samples: int) -> Ar
 
 
 def with_announced_load(made: Controller, announced_load: Array) -> Controller:
-    """The same law with other announcements, shape (samples,); a law that takes none is returned as it is."""
-    if made.schedule is None:
-        return made
+    """The same scheduled law with other announcements, shape (samples,)."""
     reference = made.reference.copy()
     reference[:, -1] = announced_load
     return replace(made, reference=reference)
@@ -145,7 +143,7 @@ def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | 
         rows=rows,
         learning=learning_table(np.zeros(3), low, high, spread**2 * float(spec.adapt)),
         scalars=np.array(
-            [spec.interval, 1.0 - share / kind.memory, GATE, share / kind.renewal, 0.0, 0.0, 0.0]
+            [spec.interval, 1.0 - share / kind.memory, GATE, share / kind.renewal, *np.zeros(3)]
         ),
     )
     return Controller(
@@ -246,9 +244,8 @@ def learn(loop: Loop, early: Run, pause: int) -> Learnt:
     first = 2 * loop.chain.size + 1
     readings, command = np.split(early.log[:pause, first : first + len(shafts) + 1], [len(shafts)], axis=1)
     counts, interval, generator = loop.rig.counts, loop.rig.interval, np.random.default_rng(SEED)
-    torque = acting_torque(
-        command[:, 0], interval, delay=control_delay(drive), current_rate=current_rate(drive)
-    )
+    delay, rate = control_delay(drive), current_rate(drive)
+    torque = acting_torque(command[:, 0], interval, delay=delay, current_rate=rate)
     load = estimate_load(readings[:, -2:], counts[-2:], interval, generator)
     inertias = np.array([chain.inertias, SPREADS[chain.size]])
     motor = estimate_motor(readings, torque, counts, inertias, interval, generator)
@@ -315,10 +312,8 @@ def run_indirect(loop: Loop) -> tuple[Loop, Run, Learnt | None]:
     if found.excited:  # law, reference and filter, at its settled gain, for what was learnt
         first, number = loop.controller, loop.controller.model
         chain = learnt_chain(spec.model(number), found)
-        same, bounds = (
-            replace(spec, bandwidth=float(first.gains["bandwidth_hz"])),
-            learnt_bounds(chain, found),
-        )
+        same = replace(spec, bandwidth=float(first.gains["bandwidth_hz"]))
+        bounds = learnt_bounds(chain, found)
         made = chain_law(same, number, damped=True, tuning=first.tuning, chain=chain, bounds=bounds)
         gains = first.gains | made.gains | {"beta": float(found.load.values[0])}
         made = replace(made, name=INDIRECT, gains=gains)

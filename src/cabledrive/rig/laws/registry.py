@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import pi
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,17 +20,10 @@ from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.fields import nearest
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, state_space
 from cabledrive.rig.closed_loop.loop import Loop
+from cabledrive.rig.laws import load_learning as learning
 from cabledrive.rig.laws.baselines import BASELINES, backstepping, reference_model
 from cabledrive.rig.laws.baselines import NAME as MRAC
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, chain_law, damped_law, place, plant_chain
-from cabledrive.rig.laws.load_learning import (
-    CHANGING,
-    INDIRECT,
-    LOAD_LEARNING,
-    SCHEDULED,
-    load_learning,
-    scheduled,
-)
 from cabledrive.rig.setting import DISSERTATION_ORDER, none
 from cabledrive.trajectories.input_shaping import input_shaper
 
@@ -89,11 +82,11 @@ CONTROLLERS: dict[str, Callable[[DesignSpec], Controller]] = {
     **{f"darc-{number}-damped": partial(damped_law, number=number) for number in (1, 2, 3, 4)},
     "backstepping": backstepping,
     "backstepping-6": partial(backstepping, number=4),
-    INDIRECT: lambda spec: replace(damped_law(spec, spec.number), name=INDIRECT),
-    LOAD_LEARNING: load_learning,
-    CHANGING: lambda spec: load_learning(spec, CHANGING),
+    learning.INDIRECT: lambda spec: replace(damped_law(spec, spec.number), name=learning.INDIRECT),
+    learning.LOAD_LEARNING: learning.load_learning,
+    learning.CHANGING: lambda spec: learning.load_learning(spec, learning.CHANGING),
     MRAC: reference_model,
-    SCHEDULED: scheduled,
+    learning.SCHEDULED: learning.scheduled,
     STEPPER: stepper,
     SHAPED: lambda spec: stepper(spec, shaped=True),
     **BASELINES,
@@ -107,7 +100,7 @@ INERTIAS = {
 """Inertias of the models of laws; the others are made for the drive's highest model."""
 
 
-MAIN_LAWS = ("pd", "pid", "lqg", "lqi", "darc-4-damped", LOAD_LEARNING)
+MAIN_LAWS = ("pd", "pid", "lqg", "lqi", "darc-4-damped", learning.LOAD_LEARNING)
 """What is compared, studied and listed first; the others where all are asked for."""
 
 
@@ -136,13 +129,6 @@ def check_sample_rate(controller: Controller, interval: float) -> None:
         raise InputRefused(f"{said}: sample faster, or lower --bandwidth")
 
 
-class Pole(NamedTuple):
-    """A pole of the closed loop, or a pair."""
-
-    frequency: float  # its distance from the origin [Hz]
-    damping_ratio: float  # 1 and more: real; negative: unstable
-
-
 def pole_words(loop: Loop) -> dict[str, Any]:
     """Poles of a loop's law on its lumped chain, in words; none with a reason for laws of another kind."""
     if loop.own_plant is not None:
@@ -155,8 +141,11 @@ def pole_words(loop: Loop) -> dict[str, Any]:
     return {"closed_loop_poles": [{"frequency_hz": hertz, "damping_ratio": ratio} for hertz, ratio in poles]}
 
 
-def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
-    """Poles of a law on a chain, true states, fixed estimates, no Coulomb friction, slowest first."""
+def poles_of(chain: LumpedChain, controller: Controller) -> list[tuple[float, float]]:
+    """Poles of a law on a chain, true states, fixed estimates, no Coulomb friction, slowest first.
+
+    Of each, or of a pair, its distance from the origin [Hz] and the damping ratio, from 1 on real.
+    """
     a, b = state_space(chain)
     n, law = chain.size, controller.law
     places = [place(chain, shaft) for shaft in controller.shafts]
@@ -172,7 +161,7 @@ def poles_of(chain: LumpedChain, controller: Controller) -> tuple[Pole, ...]:
     if controller.field is not None:  # the magnetic spring of a stepper
         feedback[0] -= controller.field[0] * controller.field[1]
     kept = sorted((v for v in np.linalg.eigvals(a + np.outer(b[:, 0], feedback)) if v.imag >= 0.0), key=abs)
-    return tuple(Pole(abs(v) / (2.0 * pi), float(-v.real / abs(v)) if abs(v) else 1.0) for v in kept)
+    return [(abs(v) / (2.0 * pi), float(-v.real / abs(v)) if abs(v) else 1.0) for v in kept]
 
 
 HIGHEST_HZ = 200.0
@@ -202,4 +191,4 @@ def check_least_bandwidth(
 
 
 def _stable(made: Controller, spec: DesignSpec) -> bool:
-    return all(pole.damping_ratio > -1e-9 for pole in poles_of(plant_chain(spec.drive, None), made))
+    return all(ratio > -1e-9 for _, ratio in poles_of(plant_chain(spec.drive, None), made))

@@ -278,11 +278,10 @@ def evaluate_carriage(
         return replace(empty, refused=why), {}
     largest = {name: np.abs(both).max(axis=0) for name, both in found.items()}
     # At every sample by squares: the numbers are drawn independently of one another.
-    moved = np.sqrt(
-        np.sum([np.zeros_like(case.errors(clean)), *(one**2 for one in largest.values())], axis=0)
-    )
-    nominal = np.abs(case.errors(clean))
-    sensors = float(np.abs(case.errors(seen) - case.errors(clean)).max())
+    errors = case.errors(clean)
+    moved = np.sqrt(np.sum([np.zeros_like(errors), *(one**2 for one in largest.values())], axis=0))
+    nominal = np.abs(errors)
+    sensors = float(np.abs(case.errors(seen) - errors).max())
     torque, saturated = case.torque(seen)
     return replace(
         empty,

@@ -7,25 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.control.transporter import (
-    ENCODERS,
-    WIND_TIME,
-    flat_motion,
-    frozen_poles,
-    scheduled_law,
-    tuning_for,
-)
+from cabledrive.control import transporter as control
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction import transporter as reduced
 from cabledrive.reduction.quality import distributed
-from cabledrive.reduction.transporter import (
-    SWING_RATIO,
-    Transporter,
-    compliance,
-    frozen_frequencies,
-    transporter_of,
-)
 from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, POSITIONS, SUBSTEPS, CarriageLoop
 from cabledrive.rig.setting import DEGREE, current_rate, sample_interval, torque_limit
 from cabledrive.studies.study.goals import Goals
@@ -96,7 +83,7 @@ def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
     machine = transporter_with(drive, carriage_values(drive, Goals()))
     if drive.motor.joint_stiffness is not None:
         joint = drive.motor.joint_stiffness / machine.radius**2
-        cable = 1.0 / float(compliance(machine, machine.start)[0])  # type: ignore[arg-type]
+        cable = 1.0 / float(reduced.compliance(machine, machine.start)[0])  # type: ignore[arg-type]
         if joint < STIFF_JOINT * cable:
             found.append(
                 f"motor.joint_stiffness is {joint / cable:.3g} times the cable's between motor and "
@@ -115,10 +102,10 @@ def _too_soft_or_late(drive: Drive) -> tuple[str, ...]:
     return tuple(found)
 
 
-def cable_frequency(transporter: Transporter, position: float) -> float:
+def cable_frequency(transporter: reduced.Transporter, position: float) -> float:
     """Frequency of the carriage on the cable, without what hangs below it [Hz]; ``position`` [m]."""
     bare = transporter._replace(payload_mass=GRAIN * transporter.carriage_mass, line_length=1e6)
-    return float(frozen_frequencies(bare, position)[1]) / (2.0 * pi)
+    return float(reduced.frozen_frequencies(bare, position)[1]) / (2.0 * pi)
 
 
 def carriage_values(drive: Drive, goals: Goals) -> dict[str, float]:
@@ -146,19 +133,19 @@ def know_carriage(drive: Drive, goals: Goals, spreads: Mapping[str, float], *, l
     return sure if goals.load_inertia is None else with_load(sure, goals.load_inertia)
 
 
-def transporter_with(drive: Drive, values: Mapping[str, float]) -> Transporter:
+def transporter_with(drive: Drive, values: Mapping[str, float]) -> reduced.Transporter:
     """The transporter of a drive with these numbers; where nothing hangs, a grain stands in for it."""
     assert drive.sensors is not None
     assert drive.sensors.sample_rate is not None
     hanging = "hanging_mass" in values
     r, gravity = drive.drive_pulley.radius, drive.layout.gravity if hanging else GRAVITY
-    base = transporter_of(
+    base = reduced.transporter_of(
         drive,
         payload_mass=values["hanging_mass"] if hanging else GRAIN * drive.carriage[0].mass,
         line_length=values["line_length"] if hanging else gravity / drive.sensors.sample_rate**2,
         rail_friction=values["rail_friction"],
     )
-    damping = 2.0 * (SWING_RATIO if hanging else GRAIN_RATIO) * (base.line_length / gravity) ** 0.5
+    damping = 2.0 * (reduced.SWING_RATIO if hanging else GRAIN_RATIO) * (base.line_length / gravity) ** 0.5
     return base._replace(
         axial_rigidity=values["cable_stiffness"] * drive.span_length,
         damping_time=values["cable_damping"] / r / values["cable_stiffness"],
@@ -197,15 +184,16 @@ class CarriageCase:
         self.wanted: Array = y[0]
         # (samples,): when a move is over and the next has not begun
         self.standing = (np.abs(y[1]) <= STILL * np.abs(y[1]).max()) & (time >= goals.duration)
-        self.reference = flat_motion(self.design, y, self.interval)  # (samples, 10)
+        self.reference = control.flat_motion(self.design, y, self.interval)  # (samples, 10)
         # at the rim: a count [m], the largest force [N]
         self.count = 2.0 * pi * first.radius / (sensors.drive_encoder or sensors.motor_encoder or np.inf)
         other = 2.0 * pi * second.radius / (sensors.load_encoder or np.inf)
-        self.reads = ENCODERS if abs(other / self.count - 1.0) < 1e-9 else ENCODERS[:1]  # both, of one count
+        both = abs(other / self.count - 1.0) < 1e-9  # of one count
+        self.reads = control.ENCODERS if both else control.ENCODERS[:1]
         limit = torque_limit(drive) if goals.torque is None else min(goals.torque, torque_limit(drive))
         self.limit = limit / self.design.radius
         self.ends = (self.design.start, self.design.start + goals.travel)  # of the way [m]
-        fastest = 1.2 * max(float(frozen_frequencies(self.design, x).max()) for x in self.ends)
+        fastest = 1.2 * max(float(reduced.frozen_frequencies(self.design, x).max()) for x in self.ends)
         self.substeps = max(SUBSTEPS, ceil(fastest * self.interval / FINE))
         self.places: Array = np.linspace(*self.ends, LOOKED_AT)  # where poles are looked at [m]
 
@@ -227,27 +215,26 @@ class CarriageCase:
         """The scheduled law of a bandwidth, ready to run; ``hertz`` [Hz]."""
         same: dict[str, Any] = {"interval": self.interval, "count": self.count}
         beyond = MARGIN * self.design.span_length
-        law = scheduled_law(
+        law = control.scheduled_law(
             self.design,
             **same,
             limit=self.limit,
             positions=np.linspace(self.ends[0] - beyond, self.ends[1] + beyond, POSITIONS),
-            tuning=tuning_for(self.design, 2.0 * pi * hertz, **same, hanging=self.hanging),
+            tuning=control.tuning_for(self.design, 2.0 * pi * hertz, **same, hanging=self.hanging),
             reads=self.reads,
         )
         still, count = np.zeros(len(self.reference)), 0.0 if ideal else self.count
         return CarriageLoop(law, self.reference, still, self.interval, self.substeps, count)
 
-    def plant(self, values: Mapping[str, float]) -> Transporter:
+    def plant(self, values: Mapping[str, float]) -> reduced.Transporter:
         """The machine with other values."""
         return transporter_with(self.drive, self.values | dict(values))
 
-    def growth(self, loop: CarriageLoop, plant: Transporter) -> tuple[float, float]:
+    def growth(self, loop: CarriageLoop, plant: reduced.Transporter) -> tuple[float, float]:
         """Largest real part of a pole of law, observer and frozen plant on the way [1/s], and where [m]."""
-        radius = [
-            float(np.abs(frozen_poles(loop.law, plant, float(x), self.interval, WIND_TIME)).max())
-            for x in self.places
-        ]
+        given = self.interval, control.WIND_TIME
+        poles = [control.frozen_poles(loop.law, plant, x, *given) for x in self.places.tolist()]
+        radius = [float(np.abs(own).max()) for own in poles]
         worst = int(np.argmax(radius))
         return float(np.log(radius[worst])) / self.interval, float(self.places[worst])
 

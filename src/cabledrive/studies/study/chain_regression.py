@@ -233,9 +233,8 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         found |= result
         words += negative
         if "joint_stiffness" not in found:
-            words += (
-                "the motor joint's stiffness is not determined: its twist is within the encoders' counts",
-            )
+            why = "its twist is within the encoders' counts"
+            words += (f"the motor joint's stiffness is not determined: {why}",)
     residual = middle.residual / middle.scale if middle.scale else 1.0
     return RegressionResult(
         intervals=found,

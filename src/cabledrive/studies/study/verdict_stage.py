@@ -147,9 +147,8 @@ def _by_acceptance(found: findings.Findings) -> tuple[str, list[str], list[str]]
     if goal is None:
         remedy = "set error in [goals] to get a verdict"
         if chosen.reached and chosen.reached.error is not None:
-            remedy += (
-                f', such as error = "{findings.rounded_up(unit.of(chosen.reached.error)):g} {unit.name}"'
-            )
+            enough = findings.rounded_up(unit.of(chosen.reached.error))
+            remedy += f', such as error = "{enough:g} {unit.name}"'
         return UNKNOWN, [*doubts, findings.reached_words(chosen, cable, goals, unit)], [remedy, *correct]
     short = [words for one in (chosen, cable) for words in findings.short_of(one, goal, unit)]
     off, words = _coupling(found)
