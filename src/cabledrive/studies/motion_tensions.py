@@ -210,7 +210,8 @@ def _in_pose(
     near, far = acceleration @ network.start[::3].T, acceleration @ network.end[::3].T
     own = np.stack((-mass * (2.0 * near + far), mass * (near + 2.0 * far)), axis=-1) / 6.0
     both = [rest + own + (x @ (network.pull @ shapes).T)[:, :, None] for x in (even, swing)]
-    return rest, both[0], both[1], torque, np.broadcast_to(_holding(network), (time.size, len(turns)))
+    holding = -network.statics.torques[list(network.drive.turned)]
+    return rest, both[0], both[1], torque, np.broadcast_to(holding, (time.size, len(turns)))
 
 
 def _answer(push: Array, mass: float, loss: float, step: float) -> Array:
@@ -243,14 +244,3 @@ def _torque(turns: Array, free: Array, need: Array) -> Array:
         said = f"motion: {len(turns)} motors cannot make a motion of {free.shape[1]} freedoms as planned"
         raise InputRefused(f"{said}: plan places that the motors reach")
     return np.asarray(torque)
-
-
-def _holding(network: Network) -> Array:
-    """Torque of each motor that holds the machine at rest, shape (motors,) [N m]."""
-    drive, statics = network.drive, network.statics
-    found = np.zeros(len(drive.pulley))
-    for span, start, end in zip(drive.free_spans, statics.start, statics.end, strict=True):
-        for place, pull in ((span.start, -start), (span.end, end)):
-            if place.pulley is not None:
-                found[place.pulley] += place.sense * place.radius * drive.route[span.route].ropes * pull
-    return found[list(drive.turned)]
