@@ -153,7 +153,7 @@ def rope_of(own, number=0):
 
 def as_routes(drive, **options):
     """A drive with two pulleys as if its file listed routes: without names and angles of its own."""
-    return as_machine(drive, **options).plain
+    return (as_machine(drive, **options) if options else drive.machine).plain
 
 
 def as_route(drive):

@@ -17,6 +17,7 @@ from cabledrive.rig.closed_loop.loop import run
 from cabledrive.rig.experiment import experiment
 from cabledrive.rig.setting import DEGREE
 from cabledrive.studies.study import Goals, load_goals, run_study, sampled_plants
+from cabledrive.studies.study.acceptance_stage import run_as_exported
 from cabledrive.studies.study.bandwidth_cost import sensor_bound
 from cabledrive.studies.study.chain_regression import NAMES, identify_chain
 from cabledrive.studies.study.check_stage import goals_for
@@ -26,7 +27,9 @@ from cabledrive.studies.study.log_replay import LogFinding
 from cabledrive.studies.study.machine import LOG, UNITS, Quantity, by_datasheet, drive_with, values_of
 from cabledrive.studies.study.modes_stage import find_modes, resonance_of
 from cabledrive.studies.study.pipeline import StudyResult
+from cabledrive.studies.study.plants import load_case
 from cabledrive.studies.study.stage_cache import as_plain, revived
+from cabledrive.studies.study.verdict_stage import judge
 from study_drives import (
     CASES,
     FOLDER,
@@ -134,8 +137,11 @@ def test_the_law_as_its_file_holds_it_is_run_on_the_plants_of_the_acceptance(stu
     found = studies(CASES[0])
     tried, draws = controller_numbers(found)["study"]["as_written"], found.runs.draws
     assert tried == {"draws": found.goals.draws, "misses": 0, "holds": True}
-    tight = replace(found, goals=replace(found.goals, error=0.2 * found.runs.peaks[draws // 2], draws=60))
-    assert controller_numbers(tight)["study"]["as_written"] == {"draws": 60, "misses": 60, "holds": False}
+    tight = replace(found.goals, error=0.2 * found.runs.peaks[draws // 2], draws=60)
+    case = load_case(found.known, tight, found.knowledge)
+    missed = run_as_exported(case, found.laws.chosen, tight)
+    assert (missed.misses, missed.holds) == (60, False)
+    assert any("60 of 60 lumped plants" in one for one in judge(replace(found, exported=missed)).cautions)
 
 
 @pytest.mark.verify

@@ -24,13 +24,12 @@ from cabledrive.report.page import page_of
 from cabledrive.report.study.controller import acceptance_chapter, controller_chapter
 from cabledrive.report.study.mechanics import modes_chapter, resonance_chapter
 from cabledrive.report.study.verdict import data_chapter, knowledge_chapter, verdict_chapter
-from cabledrive.rig.front_door import law_from_file
-from cabledrive.rig.laws.controller_file import controller_from, plain_numbers
 from cabledrive.rig.laws.controller_file import controller_numbers as law_and_filter
+from cabledrive.rig.laws.controller_file import plain_numbers
 from cabledrive.rig.tuning import LawSetting
 from cabledrive.studies.resonance import resonance
 from cabledrive.studies.study import stage_cache
-from cabledrive.studies.study.acceptance_stage import AcceptanceResult, ReachedError, lost, sampled_block
+from cabledrive.studies.study.acceptance_stage import AcceptanceResult, ReachedError
 from cabledrive.studies.study.bandwidth_cost import CarriageController
 from cabledrive.studies.study.carriage import CarriageCase
 from cabledrive.studies.study.goals import Goals, error_unit, goal_of
@@ -307,15 +306,9 @@ def controller_numbers(result: StudyResult) -> dict[str, Any] | None:
             "study": said,
         }
     case = load_case(result.known, goals, result.knowledge)
-    made = LoadLoop(case, chosen, cable=False)
-    numbers = law_and_filter(made.loop, result.known, case.spec.feedback)
-    if (goal := goal_of(goals)) is not None:  # the acceptance ran the filter's schedule, not its last gain
-        written = controller_from(json.loads(json.dumps(numbers)), CONTROLLER)
-        made.loop = case.loop(law_from_file(written, case.spec))
-        known, draws = (dict(case.quantities), case.correlations), goals.draws
-        scores = sampled_block(made, known, goals.seed, 0, draws)
-        misses = sum(one.peak is None or one.peak > goal for one in scores)
-        said["as_written"] = {"draws": draws, "misses": misses, "holds": not lost(misses, draws, "lumped")}
+    numbers = law_and_filter(LoadLoop(case, chosen, cable=False).loop, result.known, case.spec.feedback)
+    if result.exported is not None:
+        said["as_written"] = stage_cache.as_plain(result.exported)
     return numbers | {
         "logs": {log.name: log.sha256 for log in result.check.logs},
         "setting": chosen.words,

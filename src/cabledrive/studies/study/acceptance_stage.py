@@ -1,17 +1,21 @@
 """Stage 7: every law on many plants drawn from what is known, and the simplest that holds the goal."""
 
+import json
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cabledrive.parameters import content_hash
+from cabledrive.rig.front_door import law_from_file
+from cabledrive.rig.laws.controller_file import FILE, controller_from, controller_numbers
 from cabledrive.rig.plant_samples import CONFIDENCE, error_kept, share_low
 from cabledrive.rig.tuning import LawSetting
-from cabledrive.studies.study.goals import goal_of
+from cabledrive.studies.study.goals import Goals, goal_of
 from cabledrive.studies.study.machine import Quantity
 from cabledrive.studies.study.plants import ClosedLoop, Plant
-from cabledrive.studies.study.sampled_plants import Correlation, Score, sampled_plant
+from cabledrive.studies.study.sampled_plants import Correlation, LoadCase, LoadLoop, Score, sampled_plant
 
 ENOUGH = {"lumped": 0.99, "carriage": 0.99, "cable": 0.95}
 """Share of the plants that must keep within the goal, by the kind of plant."""
@@ -219,6 +223,29 @@ def worst_case(loop: ClosedLoop, known: Known, seed: int, draw: int) -> WorstCas
     shown = np.unique(np.append(np.arange(0, n, max(1, n // KEPT)), np.argmax(np.abs(history["error"]))))
     thinned = {name: tuple(column[shown].tolist()) for name, column in history.items()}
     return WorstCase(draw=draw, values=values, phases=tuple(phases.tolist()), **thinned)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExportedRuns:
+    """What the law as `export` writes it says on the lumped plants: with the last gain of its filter."""
+
+    draws: int
+    misses: int
+    holds: bool
+
+
+def run_as_exported(case: LoadCase, law: LawSetting, goals: Goals) -> ExportedRuns | None:
+    """The law of a file on the plants of the acceptance; None without a goal."""
+    made, goal = LoadLoop(case, law, cable=False), goal_of(goals)
+    if goal is None:
+        return None
+    numbers = controller_numbers(made.loop, case.drive, case.spec.feedback)
+    written = json.loads(json.dumps(numbers)) | {"drive_hash": content_hash(case.drive)}
+    made.loop = case.loop(law_from_file(controller_from(written, FILE), case.spec))
+    known = dict(case.quantities), case.correlations
+    scores = sampled_block(made, known, goals.seed, 0, goals.draws)
+    misses = sum(one.peak is None or one.peak > goal for one in scores)
+    return ExportedRuns(draws=goals.draws, misses=misses, holds=not lost(misses, goals.draws, "lumped"))
 
 
 def try_laws(plant: Plant, settings: Sequence[LawSetting], bound: float | None) -> TriedLaws:

@@ -9,7 +9,7 @@ from cabledrive.parameters import Drive
 from cabledrive.parameters.fields import meaning
 from cabledrive.rig.plant_samples import CONFIDENCE
 from cabledrive.rig.setting import DEGREE
-from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, TriedLaws
+from cabledrive.studies.study.acceptance_stage import ENOUGH, AcceptanceResult, ExportedRuns, TriedLaws
 from cabledrive.studies.study.bandwidth_cost import CarriageCandidate, CarriageController
 from cabledrive.studies.study.carriage import CarriageModel
 from cabledrive.studies.study.check_stage import CheckResult
@@ -35,6 +35,7 @@ class Findings:
         "the damped law of the chain, by its bound; the scheduled law of a carriage, by its estimated error"
     )
     laws: TriedLaws = meaning("every law under one acceptance test")
+    exported: ExportedRuns | None = meaning("the chosen law as `export` writes it; of a load", None)
 
     @property
     def runs(self) -> AcceptanceResult:

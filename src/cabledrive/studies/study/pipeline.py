@@ -12,7 +12,7 @@ from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.studies.study import stage_cache
-from cabledrive.studies.study.acceptance_stage import no_laws, try_laws
+from cabledrive.studies.study.acceptance_stage import no_laws, run_as_exported, try_laws
 from cabledrive.studies.study.check_stage import check, goals_for
 from cabledrive.studies.study.findings import Findings
 from cabledrive.studies.study.goals import Goals
@@ -99,10 +99,12 @@ def run_study(
     resonance = cache.staged("resonance", resonance_of, bare, goals.motion)
     demand = plant.demand()
     found = plant.candidates(modes, possible=not demand.exceeded)
-    laws = no_laws(plant.kind, found.reason, plant.no_models or found.reason)
+    laws, exported = no_laws(plant.kind, found.reason, plant.no_models or found.reason), None
     if found.laws:
         note(f"[7/8] acceptance of {', '.join(one.controller for one in found.laws)}")
         laws = try_laws(plant, found.laws, found.bound)
+    if laws.chosen is not None and not drive.carriage:
+        exported = cache.staged("exported", run_as_exported, plant.case, laws.chosen, goals)
     note("[8/8] verdict")
     stages: dict[str, Any] = {
         "goals": goals,
@@ -114,6 +116,7 @@ def run_study(
         "model": found.model,
         "controller": found.controller,
         "laws": laws,
+        "exported": exported,
     }
     inputs = {"drive": content_hash(drive), "name": drive.name, "title": drive.title, "logs": hashes}
     verdict, key = judge(Findings(**stages)), stage_cache.key_of("study", {**inputs, "goals": goals})

@@ -201,6 +201,11 @@ def _cautions(found: findings.Findings, reasons: Sequence[str]) -> tuple[str, ..
         if found.knowledge.residual is not None:
             what = "drive.toml is the machine as given"
             words.append(f"{what}; identified numbers are those of its chain, in results.json")
+    if found.exported is not None and not found.exported.holds:
+        words.append(
+            f"as `export` writes it, with the last gain of its filter, the law misses the goal on "
+            f"{found.exported.misses} of {found.exported.draws} lumped plants"
+        )
     asked = (found.runs,) if found.carried else (found.runs, found.cable)
     words += _of_the_carriage(found) if found.carried else findings.unrun(found, reasons)
     for one in asked:
