@@ -64,11 +64,11 @@ def design_tensions(
             raise InputRefused(f"{name} = {value:.4g} N must be finite and not negative: give a force")
     sensors = drive.sensors or Sensors()
     if sensors.sample_rate is None or sensors.motor_encoder is None or sensors.load_cell_noise is None:
-        read = ("sample_rate", "motor_encoder", "load_cell_noise")
-        missing = next(name for name in read if getattr(sensors, name) is None)
+        read = {"sample_rate": '"1 kHz"', "motor_encoder": "COUNTS", "load_cell_noise": '"5 N"'}
+        missing = [f"sensors.{name} = {own}" for name, own in read.items() if getattr(sensors, name) is None]
         raise InputRefused(
-            f"sensors.{missing} is missing: the law samples the angles of both drums and the tensions "
-            'of both lines: add sample_rate = "1 kHz", motor_encoder = COUNTS and load_cell_noise = "5 N"'
+            "the law samples the angles of both drums and the tensions of both lines: add "
+            + ", ".join(missing)
         )
     interval = 1.0 / sensors.sample_rate
     rates = [motor.current_bandwidth for motor in drive.motor if motor.current_bandwidth is not None]
