@@ -133,7 +133,7 @@ class Waves:
 
     @cached_property
     def damping(self) -> Array:
-        """Of the modes along by the file's viscous parts, which ties modes near each other, (along, along)."""
+        """Of the modes along, by the file's viscous parts, which tie near ones, (along, along) [1/s]."""
         network = self.network
         axial = np.array([piece.rope.axial_damping for piece in network.pieces])
         force = (self.ropes * self.length * axial)[:, None] * self.weights
@@ -190,7 +190,8 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging
         ).reshape(len(modes), len(names))
         for modes in (along, across)
     )
-    beside, more, measure = None, (0.0, 0.0), 1.0
+    beside, measure = None, 1.0
+    more: tuple[Array | float, Array | float] = (0.0, 0.0)
     if hanging:
         rests, inside = [piece.rest for piece in network.pieces], 0.5 * (x + 1.0)
         forces = np.array([own.force_at(own.start + inside * own.length) for own in rests])
