@@ -70,7 +70,7 @@ def close_loop(
     table: tuple[Array, Array],
     kept: tuple[Array, Array],
 ) -> int:
-    """Run a table, (samples, 3 m + 2), under a force, (samples, m) [N]; returns after how many samples one ran away.
+    """Run a table, (samples, 3 m + 2), under a force, (samples, m) [N]; returns how many samples were sound.
 
     ``kept``: what happens, shape (samples, m + 9), and the least tension between samples as well, (2,) [N].
     """
