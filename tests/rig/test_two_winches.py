@@ -14,6 +14,7 @@ from cabledrive.rig.plant_samples import share_low
 from cabledrive.rig.setting import stepped_in
 from cabledrive.rig.winch_plan import design_tensions, plan_motion
 from cabledrive.rig.winch_summary import summarize
+from network_samples import routed
 from oracles.by_scipy import Winches, run_winches
 
 CAMERA = cd.load_drive("camera-winches")
@@ -227,3 +228,44 @@ def test_the_margin_of_the_tension_covers_the_noise_of_the_load_cells():
     left = 20.0 * np.sqrt(share / (2.0 - share))
     apart = (made[1].margin - made[0].margin) / left
     assert ((apart > 3.0) & (apart < 5.0)).all(), apart
+
+
+SMALL_AND_STIFF = """
+body = [{name = "camera", mass = 7.7887, at = [0.39665, 0.10858], moves = ["x", "y"]}]
+motor = [{pulley = "left winch", inertia = 2.6443e-6}, {pulley = "right winch", inertia = 1.7231e-6}]
+pulley = [
+    {name = "left winch", at = [0.0, 0.0], radius = 0.016939, inertia = 1.3658e-6},
+    {name = "right winch", at = [1.29575, 0.0], radius = 0.022113, inertia = 1.8751e-6},
+    {name = "left sheave", at = [0.0, 0.36], radius = 0.017057, inertia = 9.7227e-7},
+    {name = "right sheave", at = [1.29575, 0.36], radius = 0.0069791, inertia = 1.3233e-6},
+]
+anchor = [
+    {name = "left clamp", on = "camera", at = [0.39341, 0.11182]},
+    {name = "right clamp", on = "camera", at = [0.39989, 0.11182]},
+]
+route = [
+    {name = "left line", path = ["-left winch", "-left sheave", "left clamp"]},
+    {name = "right line", path = ["+right winch", "+right sheave", "right clamp"]},
+]
+[cable]
+axial_rigidity = 97990
+mass_per_length = 0.049964
+axial_damping = 3.5337
+[sensors]
+motor_encoder = 262144
+load_cell_noise = 0.013537
+sample_rate = 2000
+delay = 3e-3
+"""
+
+
+def test_a_law_that_runs_away_before_the_body_does_ends_the_run(measured):
+    """Late by six samples: its torque is beyond all numbers at a sample at which the body is still near."""
+    ends = []
+    for seed in range(4):
+        motion = BodyMotion(moves={"camera.x": 0.05, "camera.y": 0.01}, rise=1.8)
+        found = track(routed(SMALL_AND_STIFF), motion=motion, seed=seed)
+        ends.append(found.incomplete)
+        assert "diverged" in found.incomplete
+        assert max(motor["rms_torque"] for motor in found.summary["motors"]) < 1e24
+    measured("; ".join(ends))

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 import cabledrive as cd
 from cabledrive.mechanics.holding import DRIVE_PULLEY, FREE, LOAD_PULLEY
 from cabledrive.mechanics.network import network_of
+from cabledrive.mechanics.network.response import responses
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.route_network import network_of_routes
@@ -29,6 +30,7 @@ from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.studies import motion_stages
 from cabledrive.studies.alarm import alarm
 from cabledrive.studies.excited_modes import lines_of
+from cabledrive.studies.machine_pairs import machine_pairs
 from cabledrive.studies.motion_snapshot import longitudinal_of
 from cabledrive.studies.planned_motion import PlannedMotion, read_motion
 from cabledrive.trajectories import pulse
@@ -562,21 +564,19 @@ def test_modes_near_each_other_grow_together_as_floquets_theorem_has_it(measured
     lost = shapes.T @ shapes
     coupling = rng.normal(size=(2, 3, 3))
     coupling = 40.0 * (coupling + coupling.transpose(0, 2, 1))
+    stiff = np.diag(along**2) - along[1] ** 2 * np.eye(2) + 1j * along[1] * lost
     waves = SimpleNamespace(
         along=[SimpleNamespace(frequency=w / (2.0 * np.pi)) for w in along],
         across=[SimpleNamespace(frequency=w / (2.0 * np.pi)) for w in across],
         losses=(np.diag(lost), losses),
-        turns=push[:, None],
+        forced=lambda number: np.linalg.solve(stiff, push),
         couplings=coupling,
-        coordinates=(np.eye(2), np.eye(3)),
-        network=SimpleNamespace(dampers=SimpleNamespace(dense=shapes, values=np.ones(2))),
     )
     found = joint_threshold(waves, 1, 1e3)
     period = 2.0 * np.pi / along[1]
 
     def largest(torque):
         """Largest multiplier over a period of the torque, along modes in their steady motion."""
-        stiff = np.diag(along**2) - along[1] ** 2 * np.eye(2) + 1j * along[1] * lost
         swing = np.linalg.solve(stiff, torque * push)
 
         def rate(t, y):
@@ -593,6 +593,62 @@ def test_modes_near_each_other_grow_together_as_floquets_theorem_has_it(measured
     share = brentq(lambda share: largest(share * found) - 1.0, 0.5, 2.0)
     measured(f"threshold {found:.4g} N m, {share:.4f} of it by Floquet")
     assert share == pytest.approx(1.0, abs=0.03)
+
+
+SAGS_AND_DRAGS = """
+schema = 1
+name = "loop that sags, at 1:2, whose pulley mode meets its own second mode across"
+kind = "loop"
+layout = {span_length = 4.21244}
+motor = {inertia = 1.5285e-6, viscous_friction = 3.5266e-6, holding_stiffness = 0.76558}
+pulley = [
+    {radius = 0.030749, inertia = 2.6363e-6, viscous_friction = 5.2631e-6},
+    {radius = 0.07034, inertia = 1.0306e-3, viscous_friction = 1.2828e-4},
+]
+[cable]
+axial_rigidity = 1363.3
+mass_per_length = 1.7532e-3
+pretension = 1.2049
+transverse_damping = 0.75434
+axial_damping = 0.013633
+"""
+
+
+def test_drag_across_ties_the_pulley_mode_to_a_mode_across_beside_it(measured):
+    """6.602 and 6.618 Hz, closer than they are damped: their motion is that of the waves, and so it grows."""
+    drive = drive_from_text(SAGS_AND_DRAGS)
+    found, machine = machine_pairs(drive), as_machine(drive, turned=True)
+    (hertz, together), alone = found.together[0], min(pair.least for pair in found.pairs)
+    slack = dict(found.slack)[hertz]
+    network = network_of(machine)
+    turn = responses(machine, np.array([hertz]), ["drive pulley"])[0, 0, 0]
+    modes_along = [mode for mode in found.modes.modes if not mode.clamped and mode.plane != "v"]
+    waves = waves_of(network, modes_along, [], hanging=True)
+    number = [mode.frequency for mode in modes_along].index(hertz)
+    forced = waves.forced(number) @ waves.turns[:, 0]
+    by_itself = waves.turns[number, 0] ** 2 / (2.0 * np.pi * hertz * waves.losses[0][number])
+    measured(f"turn {abs(forced / turn):.4f} of the waves', by one mode {abs(by_itself / turn):.3f}")
+    assert forced == pytest.approx(turn, rel=0.01)
+    torque = 1.3 * together
+    assert torque < 0.8 * alone
+    pluck = Start(plucks=(Pluck(height=1e-7, plane="v", shape="half-sine"),), from_equilibrium=True)
+    run = cd.simulate(
+        drive,
+        45.0,
+        torque=Sine(amplitude=torque, frequency=hertz),
+        start=pluck,
+        scheme=Scheme(segments=12),
+        recording=Recording(rate=100.0),
+    )
+    early, late = (
+        np.sqrt(np.mean(run.midpoint("upper")[(run.time > t) & (run.time < t + 2.0), 1] ** 2))
+        for t in (25.0, 43.0)
+    )
+    swing = np.ptp(run.channel("mean tension, upper")[run.time > 35.0]) / 2.0
+    tension = np.mean(run.channel("mean tension, upper"))
+    measured(f"rate {np.log(late / early) / 18.0:.3f} 1/s; swing {swing / tension:.4f}, {torque / slack:.4f}")
+    assert late > 2.0 * early
+    assert swing / tension == pytest.approx(torque / slack, rel=0.05)
 
 
 def test_a_line_that_sags_has_the_pulley_mode_and_the_pairs_of_its_hanging_rope():

@@ -200,12 +200,8 @@ def joint_threshold(waves: Waves, number: int, most: float) -> float:
     along, omega = (
         2.0 * pi * np.array([one.frequency for one in own]) for own in (waves.along, waves.across)
     )
-    natural, (damping, losses) = along[number], waves.losses
-    rubbed = waves.coordinates[0] @ waves.network.dampers.dense.T
-    lost = (rubbed * waves.network.dampers.values) @ rubbed.T
-    np.fill_diagonal(lost, damping)
-    forced = np.linalg.solve(np.diag(along**2 - natural**2) + 1j * natural * lost, waves.turns[:, 0])
-    pumped = np.tensordot(forced, waves.couplings, axes=1)
+    natural, losses = along[number], waves.losses[1]
+    pumped = np.tensordot(waves.forced(number), waves.couplings, axes=1)
     off = np.abs(natural - omega[:, None] - omega) / natural
     nearest = np.where(np.abs(pumped) > 1e-9 * np.abs(pumped).max(initial=0.0), off, np.inf)
     nearest = nearest.min(axis=1, initial=np.inf)

@@ -49,7 +49,7 @@ class Waves:
     # motion of every coordinate in the modes along and across, shape (modes, n)
     coordinates: tuple[Array, Array]
     # About ropes that hang: turns of those along in and out of the plane, (along, 2, pieces, points), and
-    # stretch of those across, (across, pieces, points); damping rates that follow from both [1/s]
+    # stretch of those across, (across, pieces, points); damping that follows from both [1/s]
     beside: tuple[Array, Array] | None = None
     more: tuple[Array | float, Array | float] = (0.0, 0.0)
     measure: Array | float = 1.0  # square of the length per stretched length at the points, (pieces, points)
@@ -73,6 +73,13 @@ class Waves:
         """Turn of each motor in the longitudinal modes, shape (along, motors) [rad/sqrt(kg)]."""
         return self.coordinates[0] @ turns_by_torque(self.network).T
 
+    def forced(self, number: int) -> Array:
+        """Motion of the modes along per torque of the first motor at the frequency of one, (along,)."""
+        along = 2.0 * pi * np.array([mode.frequency for mode in self.along])
+        stiffness = along**2 - along[number] ** 2
+        found = np.linalg.solve(np.diag(stiffness) + 1j * along[number] * self.damping, self.turns[:, 0])
+        return np.asarray(found)
+
     @cached_property
     def slack_torques(self) -> Array:
         """Torque of the first motor at each longitudinal frequency that slackens a rope, (along,) [N m]."""
@@ -80,10 +87,12 @@ class Waves:
             own.rest.tension_at(own.rest.start + self.inside * own.rest.length) for own in self.network.pieces
         ]
         stiffness = (self.network.impedance / self.network.time)[::3] * self.length  # EA + T
-        share = np.abs(stiffness[:, None] * self.slopes[0]) / np.maximum(np.array(forces), 1e-300)
-        natural = 2.0 * pi * np.array([mode.frequency for mode in self.along])
-        turns = np.maximum(np.abs(self.turns[:, 0]), 1e-300)
-        return natural * self.losses[0] / turns / np.maximum(share.max(axis=(1, 2)), 1e-300)
+        share = stiffness[:, None] * self.slopes[0] / np.maximum(np.array(forces), 1e-300)
+        swings = [
+            np.abs(np.tensordot(self.forced(k), share, axes=1)).max() if lost > 0.0 else np.inf
+            for k, lost in enumerate(self.losses[0])
+        ]
+        return 1.0 / np.maximum(swings, 1e-300)
 
     @cached_property
     def couplings(self) -> Array:
@@ -123,18 +132,23 @@ class Waves:
         )
 
     @cached_property
+    def damping(self) -> Array:
+        """Of the modes along, by the file's viscous parts, which tie near ones, (along, along) [1/s]."""
+        network = self.network
+        axial = np.array([piece.rope.axial_damping for piece in network.pieces])
+        force = (self.ropes * self.length * axial)[:, None] * self.weights
+        strained = np.tensordot(self.slopes[0] * force, self.slopes[0], axes=((1, 2), (1, 2)))
+        rubbed = self.coordinates[0] @ network.dampers.dense.T
+        return np.asarray(strained + (rubbed * network.dampers.values) @ rubbed.T + self.more[0])
+
+    @cached_property
     def losses(self) -> tuple[Array, Array]:
         """Damping rates of longitudinal and transverse modes by the file's viscous parts alone [1/s].
 
         Across, those of the ropes by their share of what moves: no carriage and no body is damped there.
         """
-        network = self.network
-        along, across = np.array(
-            [(piece.rope.axial_damping, piece.rope.transverse_damping) for piece in network.pieces]
-        ).T
-        strained = self.slopes[0] ** 2 @ self.weights @ (self.ropes * self.length * along)
-        rubbed = (self.coordinates[0] @ network.dampers.dense.T) ** 2 @ network.dampers.values
-        return strained + rubbed + self.more[0], np.asarray(self.moved @ across) + self.more[1]
+        across = np.array([piece.rope.transverse_damping for piece in self.network.pieces])
+        return np.diag(self.damping), np.asarray(self.moved @ across) + self.more[1]
 
 
 def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging: bool = False) -> Waves:
@@ -176,7 +190,8 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging
         ).reshape(len(modes), len(names))
         for modes in (along, across)
     )
-    beside, more, measure = None, (0.0, 0.0), 1.0
+    beside, measure = None, 1.0
+    more: tuple[Array | float, Array | float] = (0.0, 0.0)
     if hanging:
         rests, inside = [piece.rest for piece in network.pieces], 0.5 * (x + 1.0)
         forces = np.array([own.force_at(own.start + inside * own.length) for own in rests])
@@ -196,7 +211,8 @@ def waves_of(network: Network, along: list[Mode], across: list[Mode], *, hanging
         lost = stretched**2 @ weights * (ropes * length * axial)
         lost[alone] /= ropes
         rubbed = (coordinates[1] @ network.dampers.dense.T) ** 2 @ network.dampers.values
-        more = (beyond**2 @ weights * mass) @ lateral, lost.sum(axis=1) + rubbed
+        dragged = beyond * ((mass * lateral)[:, None] * weights)
+        more = np.tensordot(dragged, beyond, axes=((1, 2), (1, 2))), lost.sum(axis=1) + rubbed
     return Waves(
         network=network,
         along=along,

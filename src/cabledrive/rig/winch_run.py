@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cabledrive.control import tension_position as theory
 from cabledrive.mechanics.compiled import njit, njit_part
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import LARGEST
 from cabledrive.reduction.two_motors import TwoMotors, line_at, pulled
 from cabledrive.rig.closed_loop.chain_kernels import counted, rubbed
 from cabledrive.rig.plant_samples import error_words, share_low
@@ -63,7 +64,7 @@ def close_loop(
     table: tuple[Array, Array],
     kept: tuple[Array, Array],
 ) -> int:
-    """Run a table, (samples, 3 m + 2), under a force, (samples, m) [N]; returns how many samples were finite.
+    """Run a table, (samples, 3 m + 2), under a force, (samples, m) [N]; returns how many samples were sound.
 
     ``kept``: what happens, shape (samples, m + 9), and the least tension between samples as well, (2,) [N].
     """
@@ -87,6 +88,8 @@ def close_loop(
             commands[newest, i] = command[i]
             record[k, m + i], record[k, m + 2 + i] = tension[i], command[i]
             record[k, m + 4 + i], record[k, m + 7 + i] = angle[i], law[3 * m + 7 + i]
+            if not abs(command[i]) < LARGEST:
+                return k
         record[k, m + 6] = law[3 * m + 6]
         for s in range(rig.substeps):
             arrived = 1 if s >= part else 0

@@ -97,9 +97,15 @@ def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     ]
     reach = max((1.0 + near.NEAR) * max(mode.frequency for mode in stretching), most * 1.0001)
     across = [mode for mode in listed if mode.kind == TRANSVERSE and mode.frequency <= reach]
-    waves = waves_of(network, stretching, across, hanging=True)
-    pairs = near.pairs_of(waves, drive.spans, pulley.frequency, tunings)
-    slack = [(mode.frequency, float(own)) for mode, own in zip(stretching, waves.slack_torques, strict=True)]
+    beside = [  # which dampings tie to them
+        mode
+        for mode in listed
+        if not (mode.clamped or mode.plane == "v" or mode in stretching)
+        and any(abs(mode.frequency - own.frequency) < near.NEAR * own.frequency for own in stretching)
+    ]
+    waves, count = waves_of(network, [*stretching, *beside], across, hanging=True), len(stretching)
+    pairs = near.pairs_of(waves, drive.spans, pulley.frequency, tunings, count)
+    slack = [(mode.frequency, float(waves.slack_torques[i])) for i, mode in enumerate(stretching)]
     together = list[tuple[float, float]]()
     for number, (hertz, most) in enumerate(slack):
         most = min([most, *(_APART * pair.least for pair in pairs if pair.longitudinal_hz == hertz)])

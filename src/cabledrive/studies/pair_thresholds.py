@@ -85,14 +85,15 @@ class NearPair:
 
 
 def pairs_of(
-    waves: Waves, spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair] = ()
+    waves: Waves, spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair], sought: int
 ) -> tuple[NearPair, ...]:
     """Pairs near resonance by Eq. (N.11), lowest threshold first; where both planes have one alike, once.
 
-    ``spans``: their names; ``pulley_hz``: the pulley mode, whose pairs with ``tunings`` are all listed.
+    ``spans``: their names; ``pulley_hz``: the pulley mode, whose pairs with ``tunings`` are all listed;
+    ``sought``: how many modes along, the first ones, whose pairs are listed.
     """
     found: dict[tuple[object, ...], NearPair] = {}
-    for pair in _pairs(waves, spans, pulley_hz, tunings):
+    for pair in _pairs(waves, spans, pulley_hz, tunings, sought):
         key = pair.longitudinal_hz, pair.span, pair.section, pair.numbers
         other = found.setdefault(key, pair)
         first, last = ((*one.transverse_hz, one.coupling) for one in (pair, other))
@@ -109,7 +110,7 @@ def alike(first: float, second: float) -> bool:
 
 
 def _pairs(
-    waves: Waves, spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair]
+    waves: Waves, spans: Sequence[str], pulley_hz: float, tunings: Sequence[Pair], sought: int
 ) -> Iterator[NearPair]:
     """Every pair near resonance, plane by plane."""
     coupling, (damping, losses) = waves.couplings, waves.losses
@@ -123,7 +124,7 @@ def _pairs(
     listed = np.diag(np.array([i in tuned or not tunings for i in range(across.size)], dtype=bool))
     turns, slack = np.abs(waves.turns[:, 0]), waves.slack_torques
     turns[turns <= _TURNING * turns.max(initial=0.0)] = 0.0
-    for number, q in enumerate(waves.along):
+    for number, q in enumerate(waves.along[:sought]):
         natural, turn = 2 * pi * q.frequency, float(turns[number])
         detunings, strength = natural - across[:, None] - across, np.abs(coupling[number])
         own = listed & alike(q.frequency, pulley_hz) & (bool(tunings) | (np.abs(detunings) <= FAR * natural))
