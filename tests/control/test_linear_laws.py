@@ -8,9 +8,10 @@ from scipy.linalg import expm
 from cabledrive.control import linear_laws, reference
 from cabledrive.control.law_kernels import adapt, feedback_command, reference_model_command
 from cabledrive.control.numbers import HIGH, KALMAN, LOW, ObserverNumbers
-from cabledrive.control.observers import Sampling, between_samples, gathered_noise
+from cabledrive.control.observers import Sampling, between_samples, gathered_noise, settled_gain
 from cabledrive.control.reference_kernels import reference_table
-from cabledrive.reduction.lumped_chain import state_space
+from cabledrive.parameters import NotComputed
+from cabledrive.reduction.lumped_chain import LumpedChain, state_space
 from cabledrive.trajectories import pulse
 from cabledrive.trajectories.limits import rise_coefficients
 from control_chains import INTERVAL, carried, flat_rows, model, row_of, state_of
@@ -35,6 +36,44 @@ def test_lqi_feedback_is_the_limit_of_the_optimum_over_ever_longer_times(number)
         value = 0.5 * (value + value.T)
     row = -linear_laws.lqi_law(chain, COUNT, TORQUE, TIME, INTERVAL).rows[0]
     np.testing.assert_allclose(row, np.roll(gain[0], 1), rtol=1e-5)
+
+
+STIFF = LumpedChain(  # three inertias that swing several times within a sample
+    names=("motor", "drive", "load"),
+    inertias=(9.2e-4, 2.1e-3, 3.5e-4),
+    viscous=(6.4e-4, 8.9e-8, 4.3e-4),
+    coulomb=(0.0, 0.0, 0.0),
+    offsets=(0.0, 0.0, 0.0),
+    stiffness=(4800.0, 8900.0),
+    damping=(1.6e-5, 0.81),
+    ratios=((1.0, 1.0), (1.0, 1.0)),
+)
+
+
+def test_the_quadratic_feedback_is_found_whatever_the_units_of_its_weights(measured):
+    """Of a drive far stiffer than its sampling; the optimum by doubling the time of the recursion."""
+    a, b = linear_laws.sampled_motion(STIFF, 1e-3)
+    weight = np.diag([0.0, 0.0, 5.1e-4**-2, 0.0, 0.0, 0.0])
+    powers, cost = np.logspace(-3.0, 9.0, 49), 9.6e-3**-2
+    gains = [linear_laws.lq_gain(a, b, unit * weight, unit * cost) for unit in powers]
+    carried, reach, value = a, b @ b.T / cost, weight
+    for _ in range(24):  # 2^24 samples
+        inner = np.linalg.inv(np.eye(6) + reach @ value)
+        reach, value, carried = (
+            reach + carried @ inner @ reach @ carried.T,
+            value + carried.T @ value @ inner @ carried,
+            carried @ inner @ carried,
+        )
+    best = (b.T @ value @ a) / (cost + b.T @ value @ b)
+    off = max(np.abs(gain - best).max() / np.abs(best).max() for gain in gains)
+    measured(f"{off:.1e} of the gain")
+    assert off < 1e-6
+
+
+def test_a_filter_that_no_reading_settles_is_not_computed():
+    """An angle that walks and is not read: its error grows without end."""
+    with pytest.raises(NotComputed, match="Riccati equation"):
+        settled_gain(np.eye(2), np.eye(2), np.array([[1.0, 0.0]]), np.eye(1))
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -16,11 +16,12 @@ from collections.abc import Sequence
 from math import exp, pi, sqrt
 
 import numpy as np
-from scipy.linalg import solve_continuous_are, solve_discrete_are
+from scipy.linalg import solve_continuous_are
 from scipy.signal import cont2discrete
 
 from cabledrive.control import reference as target
 from cabledrive.control.numbers import LINEAR, REFERENCE_MODEL, LawNumbers, learning_table
+from cabledrive.control.observers import ROUND_OFF, riccati
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
@@ -127,7 +128,7 @@ def sampled_motion(chain: LumpedChain, interval: float) -> tuple[Array, Array]:
 
 def lq_gain(a: Array, b: Array, weight: Array, cost: float) -> Array:
     """Feedback u = -gain x, (1, states), of least sum of x' weight x + cost u^2, by Riccati's equation."""
-    value = solve_discrete_are(a, b, weight, np.array([[cost]]))
+    value = riccati(a, b, weight, np.array([[cost]]))
     return np.asarray(np.linalg.solve(cost + b.T @ value @ b, b.T @ value @ a))
 
 
@@ -194,8 +195,6 @@ def reference_model_generator(
 MARGIN = 1.05
 """Over the least gain that has a solution, where the feedback would grow without bound."""
 STEPS = 40
-ROUND_OFF = 1e-7
-"""Residual of a Riccati equation over its largest term, above which its solution is none."""
 
 
 def hinf_law(

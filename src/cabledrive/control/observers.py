@@ -29,7 +29,7 @@ So any law of position takes the sum, and the difference keeps the flanks closed
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import ceil, exp, isfinite, log2, pi, tanh
+from math import ceil, exp, inf, isfinite, log2, pi, sqrt, tanh
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +45,8 @@ from cabledrive.reduction.lumped_chain import LumpedChain, held, state_space
 LONGEST_SCHEDULE, CUT_OFF = 20_000, 200.0  # samples, Hz
 SETTLED = 1e-7
 """Change of the gains in a hundred samples, over the largest, at which the recursion ends."""
+ROUND_OFF = 1e-7
+"""Residual of a Riccati equation over its largest term, above which its solution is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -201,9 +203,29 @@ def gain_schedule(transition: Array, noise: Array, output: Array, reading: Array
 
 def settled_gain(transition: Array, noise: Array, output: Array, reading: Array) -> Array:
     """Gain of the stationary filter, (1, states, m), by the algebraic Riccati equation."""
-    covariance = solve_discrete_are(transition.T, output.T, noise, reading)
+    covariance = riccati(transition.T, output.T, noise, reading)
     spread = output @ covariance @ output.T + reading
     return np.asarray(np.linalg.solve(spread, output @ covariance).T[None])
+
+
+def riccati(a: Array, b: Array, weight: Array, cost: Array) -> Array:
+    """Least sum of x' weight x + u' cost u as x' X x, X of (states, states), or `NotComputed`.
+
+    In units in which ``cost`` and the largest weight are 1: in others round-off hides the solution, or gives
+    one that is none.
+    """
+    largest, one = float(np.abs(weight).max()), np.eye(b.shape[1])
+    inputs = sqrt(largest) * np.linalg.solve(np.linalg.cholesky(cost), b.T).T
+    try:
+        x = np.asarray(solve_discrete_are(a, inputs, weight / largest, one))
+        left = a.T @ x @ (a - inputs @ np.linalg.solve(one + inputs.T @ x @ inputs, inputs.T @ x @ a))
+        off = float(np.abs(left + weight / largest - x).max() / np.abs(x).max())
+    except (np.linalg.LinAlgError, ValueError):
+        off = inf
+    if not off < ROUND_OFF:
+        said = "the Riccati equation of feedback or filter has no solution that round-off leaves"
+        raise NotComputed(f"{said}: take another bandwidth, model or law")
+    return largest * x
 
 
 def plain_observer(kind: int, count: int, interval: float, chosen: Sequence[int]) -> ObserverNumbers:

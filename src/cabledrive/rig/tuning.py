@@ -193,7 +193,7 @@ def _tuned(name: str, spec: DesignSpec, disturbances: Disturbances, worst: Worst
         try:
             loop = nominal_loop(design(replace(spec, bandwidth=hertz)), spec, tuning)
             margins = margins_of(loop) if loop.observer.kind == KALMAN else UNLIMITED
-        except (InputRefused, np.linalg.LinAlgError):
+        except (InputRefused, NotComputed, np.linalg.LinAlgError):
             return None
         share = share_of_limits(loop, margins, disturbances.load_factor)
         if share >= 1.0 and worst is not None and worst(loop.controller) == inf:

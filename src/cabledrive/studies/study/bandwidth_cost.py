@@ -14,10 +14,9 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numpy.linalg import LinAlgError
 
 from cabledrive.control.bound import impulse_response
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.rig.carriage import run_carriage
 from cabledrive.rig.closed_loop.loop import Loop, run
@@ -251,7 +250,7 @@ def evaluate_carriage(
     empty = CarriageCandidate(bandwidth=hertz)
     try:
         ideal, real = (case.loop(hertz, ideal=kind) for kind in (True, False))
-    except LinAlgError as failure:
+    except NotComputed as failure:
         return replace(empty, refused=f"no feedback or observer exists: {failure}"), {}
     cable = quantities["cable_stiffness"]
     tried = {"the cable at its best value": cable.value}
