@@ -211,8 +211,7 @@ def settled_gain(transition: Array, noise: Array, output: Array, reading: Array)
 def riccati(a: Array, b: Array, weight: Array, cost: Array) -> Array:
     """Least sum of x' weight x + u' cost u as x' X x, X of (states, states), or `NotComputed`.
 
-    In units in which ``cost`` and the largest weight are 1: in others round-off hides the solution, or gives
-    one that is none.
+    In units in which ``cost`` and the largest weight are 1: in others round-off leaves none, or a wrong one.
     """
     largest, one = float(np.abs(weight).max()), np.eye(b.shape[1])
     inputs = sqrt(largest) * np.linalg.solve(np.linalg.cholesky(cost), b.T).T
@@ -223,8 +222,7 @@ def riccati(a: Array, b: Array, weight: Array, cost: Array) -> Array:
     except (np.linalg.LinAlgError, ValueError):
         off = inf
     if not off < ROUND_OFF:
-        said = "the Riccati equation of feedback or filter has no solution that round-off leaves"
-        raise NotComputed(f"{said}: take another bandwidth, model or law")
+        raise NotComputed("round-off leaves the Riccati equation no solution: take another model or law")
     return largest * x
 
 

@@ -11,6 +11,10 @@ zero; others are symmetric.
 
 A counter of pulses does not see the direction, its converter to a voltage lags, and shows nothing below a
 threshold: :math:`z = \max(0, y - z_0)`, :math:`T\dot y + y = |\omega|`.
+
+An input may act later than it is logged, and smoother or less so: held from its tick, as the mean about it,
+late by a part of a sample. On lines between samples that is, but for :math:`(\omega h)^4`, a delay
+:math:`\delta` and a share s of the second difference of the samples, :math:`(1 + s\Delta^2)\,u(t - \delta)`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
+from cabledrive.identification.axis.timing import FARTHEST, shifted
 from cabledrive.identification.estimates import Finding, factor, joined, solve, suited_segments
 from cabledrive.identification.signals import difference, lagged, rms, zero_phase
 from cabledrive.parameters import InputRefused, NotComputed
@@ -33,8 +38,8 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 MOST_EVALUATIONS, SCOUT_EVALUATIONS = 200, 12
 """Of a fit, and of a start that is only compared with others."""
 SEGMENTS = 240
-FAR, RUN_AWAY = 1e3, 1e6
-"""Residual of parameters under which the motion diverges: of a fit in sizes of the output, of a start."""
+FAR, UNMODELLED = 1e3, 2e-4
+"""Residual where the motion diverges, and what of it may hide in one parameter, in sizes of the output."""
 SCOUTED, SETTLED = 1000, 4000
 """Samples of each record by which starts, and the fits of the best of them, are compared, in twice as long
 steps as the whole, to which the best is then fitted."""
@@ -50,6 +55,8 @@ NEAR = 0.01
 SIGNIFICANT, LARGE, LAGS = 1e-4, 0.1, 20
 """Chance of a correlation as large as that of the residual, if it were white; correlation that matters
 whatever the number of samples; lags that are looked at."""
+ACTING, CHANGED = {"instant": FARTHEST, "smoothing": 1.0}, 1e-3
+"""How an input acts, at most: delay [samples], share of its second difference; step of their derivatives."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,6 +66,11 @@ class Record:
     input: Array  # (samples,): in any unit, in which all parameters then are
     output: Array  # (samples, channels)
     interval: float  # [s]
+
+    def acting(self, instant: float, smoothing: float) -> Array:
+        """The input as it acts, on straight lines between samples."""
+        late = shifted(self.input, instant)
+        return late + smoothing * np.diff(np.pad(late, 1, mode="edge"), 2)
 
     def begun(self, samples: int) -> "Record":
         """The first samples."""
@@ -70,7 +82,7 @@ class FreeParameter:
     """One parameter of a chain."""
 
     name: str
-    quantity: str  # of `cabledrive.reduction.friction_integration`, or "lag" or "threshold" of the sensors
+    quantity: str  # of `friction_integration` of reduction, of `ACTING`, "lag" or "threshold" of the sensors
     number: int = 0  # of the inertia or link
     # low, high: bounds; both positive but for offsets, whose search alone is not in the logarithm
     low: float = 1e-9
@@ -93,7 +105,7 @@ class ChainModel:
     @property
     def positive(self) -> NDArray[np.bool_]:
         """Which parameters are searched in their logarithm, shape (p,)."""
-        return np.array([s.quantity != "offset" for s in self.free])
+        return np.array([s.quantity not in ("offset", *ACTING) for s in self.free])
 
     def compared(self, place: Array, record: Record) -> tuple[Array, Array]:
         """Simulated less measured (rows,) at a place (p,) of the search, and its derivatives (rows, p)."""
@@ -136,11 +148,12 @@ class ChainModel:
             damping=filled("damping", n - 1),
             ratios=((1.0, 1.0),) * (n - 1),
         )
-        sensors, still = ("lag", "threshold"), np.zeros(9 * n - 2)
+        others, still = ("lag", "threshold", *ACTING), np.zeros(9 * n - 2)
         directions = [
-            still if s.quantity in sensors else direction(n, s.quantity, s.number) for s in self.free
+            still if s.quantity in others else direction(n, s.quantity, s.number) for s in self.free
         ]
-        late = np.concatenate([np.zeros(self.delay), record.input[: record.input.size - self.delay]])
+        input_ = record.acting(*(known.get((name, 0), 0.0) for name in ACTING))
+        late = np.concatenate([np.zeros(self.delay), input_[: input_.size - self.delay]])
         steps = (late.size - 1) * self.substeps + 1
         acting = np.repeat(late, self.substeps)[:steps]
         if self.hold == "line":
@@ -166,7 +179,12 @@ class ChainModel:
                 slopes[:, :, by.index("threshold")] -= 1.0
             above = output > threshold
             output, slopes = np.where(above, output - threshold, 0.0), slopes * above[:, :, None]
-        return output[:: self.substeps], slopes[:: self.substeps]
+        output, slopes = output[:: self.substeps], slopes[:: self.substeps]
+        for name in [s.name for s in self.free if s.quantity in ACTING and sensitive]:
+            other = {**values, name: values[name] + CHANGED}
+            moved = self.moved(other, record, sensitive=False)[0]
+            slopes[:, :, list(values).index(name)] = (moved - output) / CHANGED
+        return output, slopes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -202,7 +220,8 @@ class ChainFit:
             s.name: bound
             for s, positive in zip(self.model.free, self.model.positive, strict=True)
             for bound in (s.low, s.high)
-            if abs(self.values[s.name] - bound) <= NEAR * abs(bound if positive else s.high - s.low)
+            if s.quantity not in ACTING
+            and abs(self.values[s.name] - bound) <= NEAR * abs(bound if positive else s.high - s.low)
         }
 
     def undetermined(self) -> list[str]:
@@ -239,10 +258,11 @@ class ChainFit:
 
 
 def _searched(
-    records: Sequence[Record], model: ChainModel, start: Mapping[str, float], far: float, **ending: Any
+    records: Sequence[Record], model: ChainModel, start: Mapping[str, float], **ending: Any
 ) -> optimize.OptimizeResult:
-    """Least squares from a start; ``far``: residual of parameters under which the motion diverges."""
+    """Least squares from a start."""
     place, *bounds = model.search_bounds(start)
+    far = FAR * rms(*(r.output.ravel() for r in records))
 
     @lru_cache(maxsize=1)
     def compared(*at: float) -> tuple[Array, Array]:
@@ -265,8 +285,7 @@ def fit_output_error(
     records: Sequence[Record], model: ChainModel, start: Mapping[str, float], *, tolerance: float = 1e-8
 ) -> ChainFit:
     """Fit a chain to several records from a value for each parameter; `NotComputed` if it does not settle."""
-    far = FAR * rms(*(r.output.ravel() for r in records))
-    found = _searched(records, model, start, far, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
+    found = _searched(records, model, start, max_nfev=MOST_EVALUATIONS, ftol=tolerance)
     if found.status == 0:
         raise NotComputed(f"output error did not converge in {MOST_EVALUATIONS} evaluations: start nearer")
     count, parts, values = max(12, SEGMENTS // len(records)), [], model.values_at(found.x)
@@ -274,10 +293,12 @@ def fit_output_error(
         residual, sensitivities = model.compared(found.x, record)
         parts.append(factor(-sensitivities, residual, tuple(values), min(count, residual.size // 20)))
     fit, by_value = solve(suited_segments(joined(parts))), model.slopes(found.x)
+    hidden = UNMODELLED * rms(*(r.output.ravel() for r in records)) * found.fun.size**0.5
+    twice = hidden * np.linalg.norm(np.linalg.pinv(found.jac), axis=1)  # in two standard errors
     return ChainFit(
         model=model,
         values=values,
-        covariance=fit.covariance * by_value[:, None] * by_value,
+        covariance=(fit.covariance + np.diag(0.25 * twice**2)) * by_value[:, None] * by_value,
         freedom=fit.freedom,
         residual=float(np.sqrt(np.mean(found.fun**2))),
     )
@@ -293,27 +314,29 @@ def fit_from_many_starts(
     """The best fit, by more and more samples of fewer starts; how many fits were made, and ended alike."""
     short, middle = [r.begun(SCOUTED) for r in records], [r.begun(SETTLED) for r in records]
     quick = [replace(model, substeps=max(1, model.substeps // 2)) for model in models]
+    scout = replace(quick[0], free=tuple(s for s in quick[0].free if s.quantity not in ACTING))
     scouts: list[tuple[float, dict[str, float]]] = []
     for k, start in enumerate(starts):
         say(f"two inertias: start {k + 1} of {len(starts)}")
         with suppress(InputRefused, NotComputed, ValueError):
-            tried = _searched(short, quick[0], start, RUN_AWAY, max_nfev=SCOUT_EVALUATIONS)
-            scouts.append((float(tried.cost), quick[0].values_at(tried.x)))
+            tried = _searched(short, scout, start, max_nfev=SCOUT_EVALUATIONS)
+            scouts.append((float(tried.cost), {**start, **scout.values_at(tried.x)}))
     scouts.sort(key=lambda entry: entry[0])
-    fits: list[tuple[ChainFit, ChainModel]] = []
+    fits: list[tuple[float, dict[str, float], ChainModel]] = []
     for model, coarse in zip(models, quick, strict=True):
         for _, start in scouts[: FULL if model is models[0] else 1]:
             say(f"two inertias: fit {len(fits) + 1} of the best starts")
-            begin = fits[0][0].values if model is not models[0] and fits else start
+            begin = fits[0][1] if model is not models[0] and fits else start
             with suppress(NotComputed):
-                fits.append((fit_output_error(middle, coarse, begin), model))
-    own = [fit.residual for fit, model in fits if model is models[0]]
+                place = _searched(middle, coarse, begin, max_nfev=MOST_EVALUATIONS, ftol=ENOUGH)
+                fits.append((rms(place.fun), coarse.values_at(place.x), model))
+    own = [residual for residual, _, model in fits if model is models[0]]
     if not fits:
         raise NotComputed(f"none of {len(starts)} starts leads to a model that reproduces the log")
-    best, model = min(fits, key=lambda entry: entry[0].residual)
+    _, best, model = min(fits, key=lambda entry: entry[0])
     near = sum(residual < min(own) * (1.0 + ALIKE) for residual in own)
     say(f"two inertias: the best fit over all {sum(r.input.size for r in records)} rows")
-    return fit_output_error(records, model, best.values, tolerance=ENOUGH), len(own), near
+    return fit_output_error(records, model, best, tolerance=ENOUGH), len(own), near
 
 
 def starts_for(
@@ -324,7 +347,7 @@ def starts_for(
     interval = records[0].interval
     duration = max(record.interval * record.input.size for record in records)
     low, high = max(0.5, 10.0 / duration), 0.2 / interval  # of the resonance [Hz]
-    starts, both = [], {"offset": 0.0, "sensor_lag": 2.0 * interval}
+    starts, both = [], {"offset": 0.0, "sensor_lag": 2.0 * interval, **dict.fromkeys(ACTING, 0.0)}
     for side in ("motor", "load"):
         both |= {f"viscous_friction_{side}": 0.5 * viscous, f"coulomb_friction_{side}": 0.5 * coulomb}
     for k in range(STARTS):

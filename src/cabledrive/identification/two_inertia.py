@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from cabledrive.identification import chain_fit, estimates, two_sides
-from cabledrive.identification.axis.timing import CUSTOMARY
+from cabledrive.identification.axis.timing import lag_said
 from cabledrive.identification.chain_fit import ChainModel, FreeParameter, Record
 from cabledrive.identification.estimates import Estimate, Finding, Identification, readable
 from cabledrive.identification.log_response import speed_of
@@ -161,42 +161,52 @@ def identify_by_simulation(
     if len(channels.outputs) == 1:
         doubts += _beyond(fit.values, channels, records, closed)
     shown = set() if not follows else set(fit.values) - set(fit.at_bounds())
-    parameters = {}
-    for name, value in fit.values.items():
-        unit, error = channels.unit_of(name), fit.errors[name]
+    if channels.rectified:
+        acting = {"hold": fit.model.hold, "delay_samples": fit.model.delay}
+        note = f"the {readable(channels.input)} acts in {fit.model.hold}s, {fit.model.delay} samples late"
+    else:
+        interval, (low, high) = max(one.interval for one in records), fit.interval_of("instant")
+        lag = interval * fit.values["instant"]
+        acting = {"lag": lag, "smoothing": fit.values["smoothing"]}
+        note, late = lag_said(lag, 0.5 * interval * (high - low), interval, channels.input)
+        doubts += late
+    parameters, names = {}, [name for name in fit.values if name not in chain_fit.ACTING]
+    for name in names:
+        value, unit, error = fit.values[name], channels.unit_of(name), fit.errors[name]
         low, high = fit.interval_of(name) if name in shown else (-np.inf, np.inf)
         one = Estimate(value=value, unit=unit, standard_error=error, low=low, high=high)
         parameters[name] = Estimate.unknown(unit, UNKNOWN) if name in closed else one
     size = float(np.sqrt(np.mean(np.concatenate([r.output.ravel() for r in records]) ** 2)))
-    rows = sum(record.output.size for record in records)
-    how = {"step": "is held from sample to sample", "line": "acts on straight lines between samples"}
-    late = ", one sample late" if fit.model.delay else ""
-    spread, condition = np.sqrt(np.diag(fit.covariance)), float("inf")
+    covariance = fit.covariance[: len(names), : len(names)]
+    spread, condition = np.sqrt(np.diag(covariance)), float("inf")
     if np.all(np.isfinite(spread)) and np.all(spread > 0.0):
-        condition = float(np.sqrt(np.linalg.cond(fit.covariance / np.outer(spread, spread))))
+        condition = float(np.sqrt(np.linalg.cond(covariance / np.outer(spread, spread))))
     return _answer(
         logs,
         channels,
         parameters,
         [name for name in NEEDED if name in closed],
-        residual={"rms": fit.residual, "relative": fit.residual / size, "rows": rows},
+        residual={
+            "rms": fit.residual,
+            "relative": fit.residual / size,
+            "rows": sum(r.output.size for r in records),
+        },
         condition_number=condition,
         method={
             "name": "output-error",
             "residual_of": "speed",
             "sensor": "rectified" if channels.rectified else "signed",
-            "hold": fit.model.hold,
-            "delay_samples": fit.model.delay,
+            **acting,
             "starts": len(starts),
             "full_fits": made,
             "agreeing_fits": agreeing,
             "explained_percent": explained,
             "seed": SEED,
         },
-        covariance=fit.covariance,
+        covariance=covariance,
         freedom=fit.freedom,
         findings=tuple(doubts),
-        notes=(f"the {readable(channels.input)} {how[fit.model.hold]}{late}", *channels.notes),
+        notes=(note, *channels.notes),
         check_reason="share explained, whiteness of the residual, bounds, several starts",
     )
 
@@ -226,8 +236,10 @@ def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:
         FreeParameter(name=name, quantity=kind, number=k, low=scale[kind] / reach, high=scale[kind] * reach)
         for name, (kind, k, reach) in FREE.items()
     ]
-    largest = 10.0 * scale["coulomb"]
-    free.append(FreeParameter(name="offset", quantity="offset", low=-largest, high=largest))
+    wide = {"offset": 10.0 * scale["coulomb"]}
+    # the lag of a sensor without sign would hide how the input acts
+    wide |= {} if channels.rectified else chain_fit.ACTING
+    free += [FreeParameter(name=name, quantity=name, low=-far, high=far) for name, far in wide.items()]
     if channels.rectified:
         free.append(FreeParameter(name="sensor_lag", quantity="lag", low=1e-5, high=1.0))
     model = ChainModel(
@@ -236,9 +248,9 @@ def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:
         measured=tuple(k for k, name in enumerate((channels.motor, channels.load)) if name is not None),
         rectified=channels.rectified,
     )
-    if channels.input.rpartition("_")[2] in ("voltage", "current"):
+    if channels.rectified and channels.input.rpartition("_")[2] in ("voltage", "current"):
         return [model, replace(model, delay=1)]
-    return [replace(model, hold="line"), model]
+    return [replace(model, hold="line"), *([model] if channels.rectified else [])]
 
 
 def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identification:
@@ -258,11 +270,8 @@ def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identifica
     elif slip is None and (missing := _lacking(sides, torque, load)):
         follows, words = False, " and ".join(missing)
         findings.append(Finding("model-misfit", f"the model lacks {words}: no intervals are given"))
-    late = max(abs(lag) - torque.of("lag")[1], 0.0) / max(one.interval for one in sides)
-    if late > CUSTOMARY:
-        way = "follows the torque" if lag > 0.0 else "is ahead of the torque by"
-        words = f"the motion {way} {1e3 * abs(lag):.3g} ms, more than {CUSTOMARY:g} intervals: a delay or lag"
-        findings.append(Finding("torque-timing", f"{words} of the drive, which the model lacks: shorten it"))
+    note, late = lag_said(lag, torque.of("lag")[1], max(one.interval for one in sides), channels.input)
+    findings += late
     closed = {name for k, name in enumerate(NEEDED) if not halves[k] < abs(values[k])}
     closed |= {"stiffness", "damping", *FRICTIONS} if load is None else set()
     closed |= {"inertia_motor", "inertia_load"} if estimates.unidentifiable_parameters(torque.fit) else set()
@@ -296,7 +305,7 @@ def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identifica
         freedom=min(one.fit.freedom for one in solved),
         findings=tuple(findings),
         notes=(
-            f"the motion is {1e3 * lag:.3g} ms later than the {readable(channels.input)}: taken out",
+            note,
             *(() if sides[0].cogging is None else (sides[0].cogging.words,)),
             *channels.notes,
         ),

@@ -19,7 +19,7 @@ import numpy as np
 from scipy import ndimage
 
 from cabledrive.identification.axis.axis import Axis, Rows, factors_of, stacked
-from cabledrive.identification.estimates import solve, suited_segments
+from cabledrive.identification.estimates import Finding, readable, solve, suited_segments
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.signals import difference
 from cabledrive.parameters import InputRefused
@@ -126,6 +126,16 @@ class TorqueTiming:
             return f"{late}; shift it in the log"
         late = f"the motion follows the torque channel {self.shift:.3g} s late"
         return f"{late}: a dead time, or a flexible joint"
+
+
+def lag_said(lag: float, half: float, interval: float, input_: str) -> tuple[str, list[Finding]]:
+    """The note on a motion so late behind its input [s], and the finding where that is no habit of logs."""
+    note = f"the motion is {1e3 * lag:.3g} ms later than the {readable(input_)}: taken out"
+    if max(abs(lag) - half, 0.0) <= CUSTOMARY * interval:
+        return note, []
+    way = "follows the torque" if lag > 0.0 else "is ahead of the torque by"
+    words = f"the motion {way} {1e3 * abs(lag):.3g} ms, more than {CUSTOMARY:g} intervals: a delay or lag"
+    return note, [Finding("torque-timing", f"{words} of the drive, which the model lacks: shorten it")]
 
 
 def given_timing(name: str, interval: float) -> TorqueTiming:
