@@ -617,7 +617,7 @@ axial_damping = 0.013633
 def test_drag_across_ties_the_pulley_mode_to_a_mode_across_beside_it(measured):
     """6.602 and 6.618 Hz, closer than they are damped: their motion is that of the waves, and so it grows."""
     drive = drive_from_text(SAGS_AND_DRAGS)
-    found, machine = machine_pairs(drive), as_machine(drive, turned=True)
+    found, machine = machine_pairs(drive), drive.machine.plain
     (hertz, together), alone = found.together[0], min(pair.least for pair in found.pairs)
     slack = dict(found.slack)[hertz]
     network = network_of(machine)
