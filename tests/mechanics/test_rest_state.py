@@ -241,3 +241,25 @@ def test_a_torque_on_the_load_pulley_holds_nothing_at_rest(name):
     plain, loaded = (statics_of(as_routes(drive, loaded=own)) for own in (False, True))
     assert_allclose(loaded.start, plain.start, rtol=1e-12)
     assert_allclose(loaded.end, plain.end, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["ropeway", "elevator", "dissertation-transporter"])
+def test_a_machine_with_routes_rests_as_the_loop_that_it_is(name):
+    """Section by section; its first pulley counts the other way round."""
+    loop = cd.load_drive(name)
+    known, found = rest_state(loop), rest_state(as_routes(loop))
+    for own, same in zip(known.sections, found.sections, strict=True):
+        for key in ("start", "end", "sag", "lowest_tension"):
+            assert getattr(same, key) == pytest.approx(getattr(own, key), rel=1e-12, abs=1e-12)
+    scale = loop.drive_pulley.radius * loop.cable.pretension
+    assert found.holding_torque == pytest.approx(-known.holding_torque, abs=1e-12 * scale)
+
+
+def test_a_winch_holds_its_line_at_rest():
+    """By the tension with which the rope leaves its drum."""
+    drive = cd.load_drive("camera-winches")
+    found, drum = rest_state(drive), drive.pulley[drive.turned[0]]
+    pulls = [own for own in found.sections if drum.name in own.span]
+    assert abs(found.holding_torque) == pytest.approx(
+        drum.radius * pulls[0].stretches[0].tensions[0], rel=1e-6
+    )

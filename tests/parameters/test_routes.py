@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
-from cabledrive.mechanics import derived_quantities, rest_state
+from cabledrive.mechanics import derived_quantities
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.span_table import route_warnings
 from cabledrive.parameters.drive_file import drive_from_text, drive_text, packaged_text
@@ -348,7 +348,6 @@ def test_a_shaft_of_60_m_is_the_lift_with_every_place_written_anew():
 @pytest.mark.parametrize(
     "asked",
     [
-        rest_state,
         derived_quantities,
         move_limits,
         lumped_model,

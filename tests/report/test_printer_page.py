@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from reproduction.bench import BENCH_TESTS, bench_command, bench_rig
 
 import cabledrive as cd
+from cabledrive.answers.figures import MOST_PARTS
 from cabledrive.identification.axis.axis import AxisOptions, axis_of
 from cabledrive.identification.printer import belt_of, is_printer_file, printer
 from cabledrive.mechanics.datasheet import derived_quantities
@@ -20,7 +21,7 @@ from cabledrive.report.figures import run_histories
 from cabledrive.report.figures.ladder import staircase
 from cabledrive.report.figures.shapes import FEWEST
 from cabledrive.report.log_page import write_log_report
-from cabledrive.report.machine.data import OF_ONE_ROPE, data_sheet
+from cabledrive.report.machine.data import OF_ONE_ROPE, data_sheet, data_table
 from cabledrive.report.mode_figure import mode_figure, mode_picture
 from cabledrive.report.printer_page import printer_html
 from cabledrive.report.printer_tables import computed
@@ -274,3 +275,14 @@ def test_what_a_machine_with_routes_has_not_is_none_with_a_reason():
     for key in ("axial_rigidity", "slack_torque"):
         assert found[key] is None
         assert found["reasons"][key]
+
+
+@pytest.mark.parametrize("name", ["printer-idlers", "corexy", "elevator"])
+def test_the_page_of_a_machine_lists_what_its_file_says_of_each_part(name):
+    drive = load_drive(name)
+    titles = [group.title for group in data_table(drive).groups]
+    for kind in ("pulley", "motor", "carriage", "body"):
+        parts = getattr(drive, kind, ()) or ()
+        several = parts if isinstance(parts, tuple) else (parts,)
+        found = [title for title in titles if title.split()[0].lower() == kind]
+        assert len(found) == min(len(several), MOST_PARTS), kind

@@ -17,12 +17,13 @@ import numpy as np
 
 from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
+from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics, statics_of
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import InputRefused
+from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import RoutedDrive
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 
 
 @described
@@ -30,7 +31,7 @@ from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 class RestingSection:
     """Cable between two points held across, pulleys or guided carriages, with what hangs between them."""
 
-    span: str = meaning('one of "upper", "lower"')
+    span: str = meaning('its name, "upper" or "lower" of a loop')
     stretches: tuple[RestingStretch, ...] = meaning("in order")
     sag: float = meaning("largest distance from the line of the pulleys [m]")
 
@@ -61,16 +62,17 @@ class RestState(Result):
     """A drive at rest."""
 
     _table, _columns = "sections", "span start end lowest_tension sag"
-    sections: tuple[RestingSection, ...] = meaning("upper span first, in order of position")
+    sections: tuple[RestingSection, ...] = meaning("span by span, in order of position")
     holding_torque: float = figure(
         "N m",
-        "torque on the drive pulley that balances it, without the standing torque of a line's pretension",
+        "torque on the first pulley with a motor that balances it, of a line of two pulleys without the "
+        "standing torque of its pretension; 0 without a pulley",
         "At rest",
     )
 
     @property
     def stretches(self) -> tuple[RestingStretch, ...]:
-        """All stretches, upper span first, in order of position."""
+        """All stretches, span by span, in order of position."""
         return tuple(stretch for section in self.sections for stretch in section.stretches)
 
     @property
@@ -79,7 +81,7 @@ class RestState(Result):
         return min(section.lowest_tension for section in self.sections)
 
 
-def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
+def rest_state(drive: Machine, *, at_torque: float = 0.0) -> RestState:
     """Tension of every stretch at rest, the drive pulley held, Eq. (M.10); the load pulley free unless fixed.
 
     Exact for a cable of Hooke's law: what the divided cable tends to with growing number of segments.
@@ -89,10 +91,10 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
     at_torque : float, default 0.0
-        Steady torque on the drive pulley on top of what holds the weights, taken up at the load pulley [N m];
-        positive relieves the upper span.
+        Of two pulleys: steady torque on the drive pulley on top of what holds the weights, taken up at the
+        load pulley [N m]; positive relieves the upper span.
 
     Returns
     -------
@@ -100,10 +102,12 @@ def rest_state(drive: Drive, *, at_torque: float = 0.0) -> RestState:
 
     Raises
     ------
+    InputRefused
+        If a machine with routes cannot be at rest, or a torque is asked for without two pulleys.
     NotComputed
         If no state of rest is found.
     """
-    return _kept_state(require_two_pulleys(drive, "`rest_state`"), at_torque)
+    return _kept_state(drive.machine, at_torque)
 
 
 def statics_under(machine: RoutedDrive, at_torque: float = 0.0) -> Statics:
@@ -122,27 +126,38 @@ def statics_under(machine: RoutedDrive, at_torque: float = 0.0) -> Statics:
 
 
 @lru_cache(maxsize=64)
-def _kept_state(drive: Drive, at_torque: float) -> RestState:
-    statics, first = statics_under(drive.machine, at_torque), drive.drive_pulley
-    both = zip(drive.spans, statics.stretches, strict=True)
-    torque = float(statics.torques[0]) + (not drive.closed) * first.radius * drive.cable.pretension
+def _kept_state(machine: RoutedDrive, at_torque: float) -> RestState:
+    statics = statics_under(machine, at_torque)
+    torque = -float(sum(statics.torques[i] for i in machine.turned[:1]))
+    if machine.angles:  # of two pulleys: in their sense, a line without what stands there
+        rope, closed = machine.ropes[0], machine.route[0].closed
+        torque *= SENSE
+        torque += 0.0 if closed else machine.pulley[0].radius * (rope.pretension or 0.0)
     return RestState(
-        sections=tuple(own for span, pieces in both for own in _sections(drive, span, pieces)),
+        sections=tuple(
+            own for i in range(len(statics.stretches)) for own in _sections(machine, i, statics.stretches[i])
+        ),
         holding_torque=torque,
     )
 
 
-def _sections(drive: Drive, span: str, pieces: Sequence[RestingStretch]) -> Iterator[RestingSection]:
-    """What hangs between held places of a span; across the span of a machine is upwards on the upper one."""
-    down, own, start = -1.0 if span == "upper" else 1.0, list[RestingStretch](), pieces[0].start
-    for piece, carriage in zip(pieces, (*drive.carriages_on(span), None), strict=True):
-        end = piece.end if carriage is None else carriage.position
+def _sections(
+    machine: RoutedDrive, number: int, pieces: Sequence[RestingStretch]
+) -> Iterator[RestingSection]:
+    """What hangs between held places of a span, its force across and load counted downwards."""
+    span = machine.free_spans[number]
+    down, rope = 1.0 if np.dot(span.across, gravity(machine)) >= 0.0 else -1.0, machine.ropes[span.route]
+    riding = sorted((at, i) for i, (on, at) in enumerate(machine.carriage_places) if on == number)
+    own, start = list[RestingStretch](), pieces[0].start
+    for piece, rides in zip(pieces, (*riding, None), strict=True):
+        tension = rope.pretension or piece.mean_tension
+        end = piece.end if rides is None else rides[0] / (1.0 + tension / rope.axial_rigidity)
         (along, across), (weight, load) = piece.force, piece.load
         force, load_down = (along, down * across + 0.0), (weight, down * load + 0.0)
         own.append(replace(piece, start=start, end=end, force=force, load=load_down))
         start = end
-        if carriage is None or carriage.guided:
-            yield RestingSection(span=span, stretches=tuple(own), sag=_sag(own))
+        if rides is None or machine.carriage[rides[1]].guided:
+            yield RestingSection(span=span.name, stretches=tuple(own), sag=_sag(own))
             own = []
 
 

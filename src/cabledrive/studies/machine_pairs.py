@@ -64,7 +64,13 @@ class MachinePairs(NamedTuple):
             f"and {hertz:.4g} Hz: from there on they may be off"
             for torque, share, hertz in sorted(own for own in swings if own[1] > _STRONG)[:1]
         )
-        return (*found, *strong, *((f"modes not certified: {reason}",) if reason else ()))
+        across = {mode.frequency for mode in self.modes.modes if mode.kind == TRANSVERSE}
+        bent = (
+            f"from {torque:.4g} N m at {hertz:.4g} Hz on: ropes vibrate mostly across there, which stiffens "
+            "them and is left out, so that growth may begin later"
+            for torque, hertz in sorted((own, at) for at, own in self.thresholds if own and at in across)[:1]
+        )
+        return (*found, *strong, *bent, *((f"modes not certified: {reason}",) if reason else ()))
 
     @property
     def thresholds(self) -> list[tuple[float, float | None]]:

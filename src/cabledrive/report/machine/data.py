@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cabledrive.answers.figures import MOST_PARTS, Row, given, key_of, number, shown
+from cabledrive.answers.figures import MOST_PARTS, Row, fields_by_key, given, number, shown
 from cabledrive.mechanics.network import Statics, statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.modal.lowest import derived_with_lowest
@@ -63,7 +63,8 @@ def data_table(drive: Machine) -> Table:
 
 def _rows(part: Any) -> tuple[tuple[str, str], ...]:
     """What is stated of one part, in words."""
-    words = {key_of(own): capital(own.metadata["meaning"].partition(";")[0]) for own in fields(part)}
+    stated = fields_by_key(part.__class__).items()
+    words = {key: capital(own.metadata["meaning"].partition(";")[0]) for key, own in stated}
     return tuple((words[key], value) for key, value in given(part) if key in words)
 
 
