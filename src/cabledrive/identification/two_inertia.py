@@ -222,11 +222,12 @@ def _beyond(
         excited = max(excited, place / (record.input.size * record.interval))
     motor, load, spring = (values[name] for name in NEEDED)
     far, what = (load, "antiresonance") if channels.motor else (motor * load / (motor + load), "resonance")
-    if (own := float(np.sqrt(spring / far)) / (2.0 * np.pi)) <= excited:
+    if (own := float(np.sqrt(spring / far)) / (2.0 * np.pi)) <= excited and not closed:
         return []
+    total = sum(values[name] for name in NEEDED[:2] if name not in closed) or motor + load
     closed |= set(NEEDED)
     words = f"the log excites up to {excited:.3g} Hz, the {what} of the fit is {own:.3g} Hz: from one side "
-    words += f"this tells the sum of the inertias, {motor + load:.4g}, and neither part nor the spring"
+    words += f"this tells the sum of the inertias, {total:.4g}, and neither part nor the spring"
     return [Finding("excited-below-the-spring", f"{words}: excite beyond it, or measure both sides")]
 
 
@@ -237,8 +238,7 @@ def _models(channels: Channels, scale: dict[str, float]) -> list[ChainModel]:
         for name, (kind, k, reach) in FREE.items()
     ]
     wide = {"offset": 10.0 * scale["coulomb"]}
-    # the lag of a sensor without sign would hide how the input acts
-    wide |= {} if channels.rectified else chain_fit.ACTING
+    wide |= {} if channels.rectified else chain_fit.ACTING  # a sensor without sign hides it
     free += [FreeParameter(name=name, quantity=name, low=-far, high=far) for name, far in wide.items()]
     if channels.rectified:
         free.append(FreeParameter(name="sensor_lag", quantity="lag", low=1e-5, high=1.0))
