@@ -29,7 +29,7 @@ So any law of position takes the sum, and the difference keeps the flanks closed
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import ceil, exp, inf, isfinite, log2, pi, sqrt, tanh
+from math import ceil, exp, isfinite, log2, pi, sqrt, tanh
 from typing import NamedTuple
 
 import numpy as np
@@ -211,19 +211,20 @@ def settled_gain(transition: Array, noise: Array, output: Array, reading: Array)
 def riccati(a: Array, b: Array, weight: Array, cost: Array) -> Array:
     """Least sum of x' weight x + u' cost u as x' X x, X of (states, states), or `NotComputed`.
 
-    In units in which ``cost`` and the largest weight are 1: in others round-off leaves none, or a wrong one.
+    In units in which ``cost`` and the largest weight are 1, else the first alone: in others round-off leaves
+    no solution, or a wrong one.
     """
-    largest, one = float(np.abs(weight).max()), np.eye(b.shape[1])
-    inputs = sqrt(largest) * np.linalg.solve(np.linalg.cholesky(cost), b.T).T
-    try:
-        x = np.asarray(solve_discrete_are(a, inputs, weight / largest, one))
-        left = a.T @ x @ (a - inputs @ np.linalg.solve(one + inputs.T @ x @ inputs, inputs.T @ x @ a))
-        off = float(np.abs(left + weight / largest - x).max() / np.abs(x).max())
-    except (np.linalg.LinAlgError, ValueError):
-        off = inf
-    if not off < ROUND_OFF:
-        raise NotComputed("round-off leaves the Riccati equation no solution: take another model or law")
-    return largest * x
+    one = np.eye(b.shape[1])
+    for size in (float(np.abs(weight).max()), 1.0):
+        inputs = sqrt(size) * np.linalg.solve(np.linalg.cholesky(cost), b.T).T
+        try:
+            x = np.asarray(solve_discrete_are(a, inputs, weight / size, one))
+            left = a.T @ x @ (a - inputs @ np.linalg.solve(one + inputs.T @ x @ inputs, inputs.T @ x @ a))
+        except (np.linalg.LinAlgError, ValueError):
+            continue
+        if np.abs(left + weight / size - x).max() < ROUND_OFF * np.abs(x).max():
+            return size * x
+    raise NotComputed("round-off leaves the Riccati equation no solution: take another model or law")
 
 
 def plain_observer(kind: int, count: int, interval: float, chosen: Sequence[int]) -> ObserverNumbers:
