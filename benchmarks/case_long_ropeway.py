@@ -41,7 +41,7 @@ def ropeway(carriages: int) -> cd.Drive:
 def bisection(drive: cd.Drive) -> np.ndarray:
     """Each of the first modes by halving on the count alone; frequencies [Hz] without shapes."""
     (labelled,) = longitudinal_chains(drive)
-    spectrum = Spectrum(network_at_rest(drive.machine, taut=True)[0])
+    spectrum = Spectrum(network_at_rest(drive, taut=True)[0])
     top = pi / labelled.chain.travel_times.sum()
     while spectrum.count(top, {"longitudinal"}) < MODES:
         top *= 2

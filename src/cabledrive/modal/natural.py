@@ -110,7 +110,7 @@ def spectrum_of(
             )
         return Spectrum(network_of_chain(own_chain(drive))), None
     held = (hold,) if isinstance(hold, str) else hold
-    own, network = network_at_rest(drive.machine, motor=motor, hold=held, at_torque=at_torque, taut=taut)
+    own, network = network_at_rest(drive, motor=motor, hold=held, at_torque=at_torque, taut=taut)
     return Spectrum(own), network
 
 

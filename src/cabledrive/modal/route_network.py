@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from cabledrive.modal.networks import ModalNetwork, PieceOfSpan
 from cabledrive.modal.pieces import End, parts_of_piece, straight_above
 from cabledrive.modal.rows import MASS, SPRING
 from cabledrive.parameters import NotComputed
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route.drive import Machine, RoutedDrive
 
 
 def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False) -> ModalNetwork:
@@ -111,7 +112,7 @@ def _edges(net: Network) -> list[float]:
 
 
 def network_at_rest(
-    drive: RoutedDrive,
+    stated: Machine,
     *,
     motor: str | None = None,
     hold: Sequence[str] = (),
@@ -123,15 +124,16 @@ def network_at_rest(
     ``at_torque``: on the first pulley, taken up by the other of two [N m]; ``taut``: without weights, and of
     two pulleys what moves along the ropes alone.
     """
+    own: Any = stated  # of whichever form
+    drive: RoutedDrive = (replace(own, layout=replace(own.layout, gravity=0.0)) if taut else own).machine
     numbers = [f"carriage {number}" for number in range(len(drive.carriage))]
     names = [own.name or number for own, number in zip(drive.carriage, numbers, strict=True)]
     called = numbers if drive.called else names
     held = dict(zip((*numbers, *names), 2 * called, strict=True))
-    if called != names or taut:
+    if called != names or (taut and not all(own.guided for own in drive.carriage)):
         parts = zip(drive.carriage, called, strict=True)
         carriages = tuple(replace(own, name=name, guided=own.guided or taut) for own, name in parts)
-        gravity = 0.0 if taut else drive.layout.gravity
-        drive = replace(drive, layout=replace(drive.layout, gravity=gravity), carriage=carriages)
+        drive = replace(drive, carriage=carriages)
     statics = statics_under(drive, at_torque)
     network = network_of(drive, motor=motor, hold=[held.get(name, name) for name in hold], statics=statics)
     if not drive.called:

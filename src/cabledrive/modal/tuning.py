@@ -82,7 +82,7 @@ def pulley_mode(drive: Drive) -> PulleyMode:
         raise InputRefused(
             "pulley.0.fixed and pulley.1.fixed are true: no pulley turns, there is no pulley mode; free one"
         )
-    spectrum = Spectrum(network_at_rest(drive.machine, taut=True)[0])
+    spectrum = Spectrum(network_at_rest(drive, taut=True)[0])
     seen, wanted = 0, 2
     while seen < HIGHEST_SEARCHED:
         found = spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0]
