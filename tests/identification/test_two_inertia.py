@@ -312,7 +312,8 @@ def test_intervals_of_one_side_hold_whenever_the_logged_torque_acts(seeds, measu
                 off = abs(one.value - value) / (0.5 * (one.high - one.low))
                 held, worst = [*held, one.low <= value <= one.high], max(worst, off)
         for name in ("inertia_motor", "inertia_load", "stiffness"):
-            assert found[name] == pytest.approx(truth[name], rel=5e-3), (seed, name)
+            within = 5e-3 if "residual-not-white" in found.codes else 3e-3
+            assert found[name] == pytest.approx(truth[name], rel=within), (seed, name)
     measured(f"{sum(held)} of {len(held)} intervals hold, {worst:.1f} at most; {said} with a finding")
     assert said <= 0.15 * len(seeds)
     assert np.mean(held) >= 0.85

@@ -215,7 +215,7 @@ def mesh_of(drive: Machine, segments: int) -> Mesh:
     Refused: too few segments, or too many to be stored; `NotComputed` if no state of rest is found.
     """
     machine, whole = drive.machine, bool(drive.machine.called)
-    carried = [Motion(machine).carriage_name(number) for number in range(len(machine.carriage) * whole)]
+    carried = list(map(Motion(machine).carriage_name, range(len(machine.carriage)))) if whole else []
     network = network_of(machine, hold=carried, statics=statics_under(machine))
     return divided(network, segments, whole=whole)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from cabledrive.mechanics.holding import MOTOR
 from cabledrive.mechanics.network.assembly import DIRECTIONS, Network, network_of
+from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.pieces import Piece, lift_off
 from cabledrive.mechanics.rest import statics_under
 from cabledrive.modal.component import Fixed
@@ -127,7 +128,7 @@ def network_at_rest(
     own: Any = stated  # of whichever form
     drive: RoutedDrive = (replace(own, layout=replace(own.layout, gravity=0.0)) if taut else own).machine
     numbers = [f"carriage {number}" for number in range(len(drive.carriage))]
-    names = [own.name or number for own, number in zip(drive.carriage, numbers, strict=True)]
+    names = list(map(Motion(drive).carriage_name, range(len(drive.carriage))))
     called = numbers if drive.called else names
     held = dict(zip((*numbers, *names), 2 * called, strict=True))
     if called != names or (taut and not all(own.guided for own in drive.carriage)):

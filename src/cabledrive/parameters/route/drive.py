@@ -146,11 +146,6 @@ class RoutedDrive(MachineBase):
         found: list[FreeSpan] = []
         for number, (route, places) in enumerate(zip(self.route, self.places, strict=True)):
             found += spans_of_route(number, route.name, list(places), route.closed, route.crossed)
-        stated = [span.end.pulley is not None and self.pulley[span.end.pulley].wrap_angle for span in found]
-        found = [
-            replace(span, wrap=own) if own and span.wrap is not None else span
-            for span, own in zip(found, stated, strict=True)
-        ]
         if self.called:
             return tuple(replace(span, name=own) for span, own in zip(found, self.called, strict=True))
         names = [span.name for span in found]
@@ -209,6 +204,7 @@ def _place(drive: RoutedDrive, step: str, where: str) -> Place:
         centre=part.at,
         radius=part.radius,
         turns=part.turns,
+        wrap=part.wrap_angle,
     )
 
 

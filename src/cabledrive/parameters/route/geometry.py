@@ -35,6 +35,7 @@ class Place:
     centre: Point = meaning("[m]")
     radius: float = meaning("[m]; 0 of an anchor")
     turns: int = meaning("full turns of the cable beyond the angle", 0)
+    wrap: float | None = meaning("angle of wrap that is stated, beside the drawing [rad]", None)
 
     @property
     def rim(self) -> float:
@@ -106,7 +107,7 @@ def spans_of_route(
         leaving = lines[(i + 1) % len(lines)][0] if closed or i + 1 < len(lines) else None
         wrap = None
         if leaving is not None and end.sense:
-            wrap = _wrap(end, along, leaving, name, sure=closed and len(places) == 2)
+            wrap = end.wrap or _wrap(end, along, leaving, name, sure=closed and len(places) == 2)
         words = f"{start.name} to {end.name}"
         spans.append(
             FreeSpan(name=words, route=number, start=start, end=end, along=along, length=length, wrap=wrap)
