@@ -35,6 +35,11 @@ def evenly(tension, length):
     return lambda x: tension[0] + (tension[1] - tension[0]) * np.asarray(x) / length
 
 
+def vanishing(tension, length):
+    """Where that tension would vanish, from the start."""
+    return tension[0] * length / (tension[0] - tension[1]) if tension[0] != tension[1] else np.inf
+
+
 def random_network(rng, moving):
     """A component of 2 to 6 coordinates with dense rows, and the same for the oracle."""
     n, links = int(rng.integers(2, 7)), int(rng.integers(1, 5))
@@ -100,7 +105,15 @@ def random_elastic_network(rng):
         tag = ((number, ACROSS),)
         links.append(
             elements.Rope(
-                tuple(own[:half]), tuple(own[half:]), length, hold, density, tag, bend=bending, ropes=ropes
+                tuple(own[:half]),
+                tuple(own[half:]),
+                length,
+                hold,
+                density,
+                tag,
+                bend=bending,
+                ropes=ropes,
+                vanishes=vanishing(tension, length),
             )
         )
         beams.append(Beam(rows, length, density, bending, tuple(tension), ropes))
@@ -144,6 +157,7 @@ def rope_of(own, number=0):
         own.taut_at,
         own.density / own.stretch,
         ((number, ALONG), (number, ACROSS)),
+        np.inf,  # its tension changes by less than half
         direction=direction,
         pull=own.rigidity * own.stretch,
         bend=own.bending,

@@ -1,5 +1,6 @@
 """Drives drawn at random: held ends, flexible joints, contrasts, symmetric loops; counts of networks."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +9,6 @@ from scipy.optimize import brentq
 from cabledrive.mechanics import Chain, Pendant
 from cabledrive.mechanics.chain import own_chain
 from cabledrive.modal.component import Component
-from cabledrive.modal.elements import Rope
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Cable, Carriage, Drive, Layout, Motor, Pulley
@@ -153,10 +153,7 @@ def held(rope, top):
 def alone(rope):
     """One rope between ends at rest."""
     none = ((),) * len(rope.start)
-    own = {
-        key: getattr(rope, key) for key in ("length", "hold", "density", "tags", "direction", "pull", "bend")
-    }
-    return Component((), [Rope(none, none, **own)])
+    return Component((), [replace(rope, start=none, end=none, ropes=1)])
 
 
 def finite_elements(chain, top, held=(), degree=46):

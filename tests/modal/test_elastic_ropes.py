@@ -8,9 +8,9 @@ from machines import by_multiplicity, held
 
 import cabledrive as cd
 from cabledrive.mechanics.network import statics_of
-from cabledrive.modal.elements import ACROSS, Rope
+from cabledrive.modal.elements import ACROSS, OUT, Rope
 from cabledrive.modal.motion import HeldMode
-from network_samples import as_routes, evenly, route, without_gravity
+from network_samples import as_routes, evenly, route, vanishing, without_gravity
 from oracles import hanging_machine
 from oracles.rope_fem import Beam, frequencies
 from oracles.route_fem import frequencies_of_route
@@ -19,9 +19,28 @@ from oracles.route_fem import frequencies_of_route
 def clamped(tension, bending, *, length=1.0, density=1.0, first=6):
     """First frequencies [rad/s] of a rope between ends that are held and, if it bends, clamped."""
     ends = ((), ()) if bending else ((),)
-    rope = Rope(ends, ends, length, evenly(tension, length), density, ((0, ACROSS),), bend=bending)
+    own = evenly(tension, length), density, ((0, ACROSS),)
+    rope = Rope(ends, ends, length, *own, bend=bending, vanishes=vanishing(tension, length))
     number, mean = (first + 1.6) * np.pi / length, 0.5 * sum(tension)
     return held(rope, number * np.sqrt((mean + bending * number**2) / density))[:first]
+
+
+@pytest.mark.parametrize("least", [1e-1, 1e-3, 1e-5])
+def test_a_rope_whose_tension_nearly_vanishes_inside_misses_no_mode(least):
+    """Of T = |x - a - ib| with x = a + b sinh y it is w'' + omega^2 b cosh y w = 0, by collocation in y."""
+    p = complex(0.03, least)
+    rope = Rope(((),), ((),), 1.0, lambda x: np.abs(x - p), 1.0, ((0, OUT),), vanishes=p)
+    found, (low, high) = held(rope, 40.0), np.arcsinh((np.array([0.0, 1.0]) - p.real) / p.imag)
+    order = np.arange(401)
+    places, weight = np.cos(np.pi * order / 400), (-1.0) ** order * np.where(order % 400, 1.0, 2.0)
+    apart = places[:, None] - places + np.eye(401)
+    slope = weight[:, None] / weight / apart - np.eye(401)
+    slope -= np.diag(slope.sum(axis=1))
+    curvature = (slope @ slope * (2.0 / (high - low)) ** 2)[1:-1, 1:-1]
+    mass = p.imag * np.cosh(low + 0.5 * (high - low) * (1.0 + places[1:-1]))
+    inverse = np.linalg.eigvals(-np.linalg.inv(curvature) * mass)
+    exact = np.sort(1.0 / np.sqrt(inverse[inverse > 1e-4]))
+    np.testing.assert_allclose(found, exact[exact < 40.0], rtol=1e-9)
 
 
 def test_without_tension_it_is_the_clamped_beam():

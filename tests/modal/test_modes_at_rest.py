@@ -16,7 +16,7 @@ from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ACROSS, Rope
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import Cable, Drive, InputRefused, Layout, NotComputed, Pulley, packaged_drives
-from network_samples import as_routes, evenly, hanging_drive
+from network_samples import as_routes, evenly, hanging_drive, vanishing
 from oracles import hanging_machine
 
 G = 9.81
@@ -74,7 +74,15 @@ def random_rope(rng):
 
     rows = [(), *(((i, 1.0),) for i in range(masses.size)), ()]
     ropes = [
-        Rope((rows[i],), (rows[i + 1],), size, evenly(own, size), density, ((i, ACROSS),))
+        Rope(
+            (rows[i],),
+            (rows[i + 1],),
+            size,
+            evenly(own, size),
+            density,
+            ((i, ACROSS),),
+            vanishes=vanishing(own, size),
+        )
         for i, (size, *own) in enumerate(stretches)
     ]
     fixed = [Fixed(MASS, mass, row) for mass, row in zip(masses, rows[1:-1], strict=True)]

@@ -94,7 +94,8 @@ class Rope:
     """A rope whose force or direction changes along it, or which bends; lengths as of its coordinate x.
 
     ``start``, ``end``: rows of its ends in the order u, w, w'; ``hold``: R at places [N]; ``density``:
-    [kg/m]; ``tags``: of the directions that it covers; ``direction``: (c, s) at places, of one that moves
+    [kg/m]; ``tags``: of the directions that it covers; ``vanishes``: the place in the complex plane where its
+    tension would [m], infinite of an even one; ``direction``: (c, s) at places, of one that moves
     along as well; ``pull``: A [N]; ``bend``: B [N m^2]; ``longer``: its length over that between the places
     where it is stretched; ``inside``: shares of it at which its piece starts and ends; ``taut``: what it
     is without sag; ``straight``: above ``edge`` [rad/s], where that moves no mode any more.
@@ -106,6 +107,7 @@ class Rope:
     hold: Callable[[Array], Array]
     density: float
     tags: tuple[Tag, ...]
+    vanishes: complex
     direction: Callable[[Array], tuple[Array, Array]] | None = None
     pull: float = 0.0
     bend: float = 0.0
@@ -133,30 +135,36 @@ class Rope:
 
     def places(self, top: float) -> Array:
         """Ends of segments that have no mode of their own up to a frequency [rad/s], as shares."""
-        near, far = float(self._held[0]), float(self._held[-1])
         marks, layer = {0.0, 1.0}, self.length
         if self.bend:
-            first = layer = LAYER * sqrt(self.bend / min(near, far))
+            first = layer = LAYER * sqrt(self.bend / float(self.hold(np.array([0.0, self.length])).min()))
             while layer < 0.5 * self.length:
                 marks |= {layer / self.length, 1.0 - layer / self.length}
                 layer = 2.0 * layer + first
-        steps = ceil(abs(log(far / near)) / log(STEEPER))
-        marks |= {(near * (far / near) ** (i / steps) - near) / (far - near) for i in range(1, steps)}
-        least = float(self._held.min())
-        wave = top * sqrt(
-            2.0 * self.density / (least + sqrt(least**2 + 4.0 * self.bend * self.density * top**2))
+        lowest = self.vanishes.real / self.length  # where the tension is, if it is inside
+        marks |= {lowest} if 0.0 < lowest < 1.0 else set()
+        if np.isfinite(self.vanishes):  # at most doubled from place to place, where it is |x - vanishes|
+            near = max(abs(self.vanishes.imag) / self.length, 1e-9)
+            for a, b in pairwise(sorted(marks)):
+                steep = np.arcsinh((np.array((a, b)) - lowest) / near)
+                steps = ceil(float(steep[1] - steep[0]) / log(STEEPER))
+                marks.update(
+                    (lowest + near * np.sinh(np.linspace(steep[0], steep[1], steps + 1)[1:-1])).tolist()
+                )
+        places = np.array(sorted(marks))
+        least = self.hold(self.length * places)
+        least = np.minimum(least[:-1], least[1:])
+        wave = top * np.sqrt(
+            2.0 * self.density / (least + np.sqrt(least**2 + 4.0 * self.bend * self.density * top**2))
         )
-        needed = wave * self.length / PHASE + steps
-        if not needed <= MOST_SEGMENTS:
+        counts = np.maximum(1.0, np.ceil(wave * self.length * np.diff(places) / PHASE))
+        if not counts.sum() <= MOST_SEGMENTS:
             raise InputRefused(
-                f"a hanging rope of {self.length:.4g} m needs {needed:.3g} segments up to "
+                f"a hanging rope of {self.length:.4g} m needs {counts.sum():.3g} segments up to "
                 f"{top / (2 * pi):.4g} Hz, at most {MOST_SEGMENTS} are taken: ask for fewer modes"
             )
-        parts = []
-        for a, b in pairwise(sorted(marks)):
-            n = max(1, ceil(wave * self.length * (b - a) / PHASE))
-            parts.append(a + (b - a) * np.arange(n) / n)
-        return np.append(np.concatenate(parts), 1.0)
+        parts = zip(places, places[1:], counts.astype(int), strict=False)
+        return np.concatenate([a + (b - a) * np.arange(n) / n for a, b, n in parts] + [[1.0]])
 
     @cached_property
     def _made(self) -> dict[bytes, "Segments"]:

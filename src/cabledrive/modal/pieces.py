@@ -7,7 +7,7 @@ where it leaves it, which sag turns from the chord.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import atan2, ceil, cos, pi, sqrt
+from math import atan2, ceil, cos, inf, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,6 +64,8 @@ def parts_of_piece(
     z = sqrt(rigidity * density)
     time_along = length * density / z
     hold, direction = _force_of(rest, before)
+    load = complex(*rest.load)
+    vanishes = before + complex(*rest.force) / load if load else inf
     even, time = True, 0.0
     if rest.straight and rest.load[0] == 0.0:
         tension = rest.tensions[0]
@@ -88,6 +90,7 @@ def parts_of_piece(
             bend=bending / (0.5 * (first + last)) ** 3,
             ropes=ropes,
             inside=(before / whole, (before + length) / whole),
+            vanishes=vanishes,
         )
 
     def across(moves: tuple[Rows, Rows], i: int) -> Wave | Rope:
