@@ -305,7 +305,7 @@ def _refuse_open(drive: RoutedDrive, ropes: Ropes, along: Array, passing: Set[in
             strain = (rope.pretension or 0.0) / rope.axial_rigidity
             falls = [np.subtract(b.contacts[0], a.contacts[1]) for a, b in pairwise([*spans, spans[0]])]
             pull += rope.density / (1.0 + strain) * float(np.sum(falls, axis=0) @ gravity(drive))
-        passed = drive.free_spans[own[0]].start.pulley in passing and np.ptp(ropes.section[at]) == 0
+        passed = all(span.start.pulley in passing for span in spans) and np.ptp(ropes.section[at]) == 0
         if route.closed and passed and abs(pull) > _BALANCED * (1.0 + np.abs(ropes.fallen[at, 0]).max()):
             raise InputRefused(
                 f'route "{route.name}": no static solution, weights on it pull {abs(pull):.4g} N one way and '
