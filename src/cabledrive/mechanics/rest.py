@@ -21,6 +21,7 @@ from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
@@ -157,21 +158,25 @@ def _sections(
         own.append(replace(piece, start=start, end=end, force=force, load=load_down))
         start = end
         if rides is None or machine.carriage[rides[1]].guided:
-            yield RestingSection(span=span.name, stretches=tuple(own), sag=_sag(own))
+            sag = 0.0 if any(one.straight for one in own) else float(np.abs(sag_of(own)[1]).max())
+            yield RestingSection(span=span.name, stretches=tuple(own), sag=sag)
             own = []
 
 
-def _sag(stretches: list[RestingStretch]) -> float:
-    """Largest distance of a section from the line of the pulleys, among points of quadrature and joints."""
-    fallen, deepest = 0.0, 0.0
+POINTS = 65
+
+
+def sag_of(stretches: Sequence[RestingStretch]) -> tuple[Array, Array]:
+    """Unstretched positions on stretches in order, and what lies across the line of their ends there [m]."""
+    places, depths, depth = list[Array](), list[Array](), 0.0
     for stretch in stretches:
-        if stretch.straight:
-            return 0.0
-        places = stretch.start + stretch.length * np.linspace(0.0, 1.0, 33)
-        along, across = stretch.force_at(places)
+        fine = np.linspace(stretch.start, stretch.end, 2 * POINTS - 1)
+        along, across = stretch.force_at(fine)
         slope = across * (1.0 / stretch.axial_rigidity + 1.0 / np.hypot(along, across))
-        width = stretch.length / 32.0
-        steps = width * (slope[:-1:2] + 4.0 * slope[1::2] + slope[2::2]) / 3.0
-        deep = fallen + np.concatenate(([0.0], np.cumsum(steps)))
-        fallen, deepest = float(deep[-1]), max(deepest, float(np.abs(deep).max()))
-    return deepest
+        step = (fine[2] - fine[0]) / 6.0  # of Simpson's rule
+        parts = (slope[:-2:2] + 4.0 * slope[1::2] + slope[2::2]) * step
+        places.append(fine[::2])
+        depths.append(depth + np.concatenate(([0.0], np.cumsum(parts))))
+        depth = float(depths[-1][-1])
+    at, across = np.concatenate(places), np.concatenate(depths)
+    return at, across - depth * (at - at[0]) / (at[-1] - at[0])

@@ -11,6 +11,7 @@ import numpy as np
 from cabledrive.answers.figures import MOST_PARTS, Row, fields_by_key, given, number, shown
 from cabledrive.mechanics.network import Statics, statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
+from cabledrive.mechanics.rest import sag_of
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.modal.natural import spectrum_of
 from cabledrive.parameters import Cable, InputRefused, NotComputed
@@ -18,7 +19,6 @@ from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
 from cabledrive.report.figures.moving_machine import coordinates, moving_machine
-from cabledrive.report.machine.rest import sag_of
 from cabledrive.report.typesetting import capital
 from cabledrive.report.words import DATASHEET
 

@@ -9,30 +9,14 @@ from cabledrive.answers.figures import quantity
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import statics_of
+from cabledrive.mechanics.rest import POINTS, sag_of
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine
 from cabledrive.report.blocks import COLOURS, Block, Panel, Plot, in_turn, table
 
-POINTS = 65
 MOST_ROWS = 8
 SEEN = 1e-3
 """Share of a span from which sag is worth a picture, and of the pretension from which weight is."""
-
-
-def sag_of(stretches: Iterable[RestingStretch]) -> tuple[Array, Array]:
-    """Unstretched positions on a span and what lies across its chord there [m], shape (p,) each."""
-    places, depths = [], []
-    depth = 0.0
-    for stretch in stretches:
-        fine = np.linspace(stretch.start, stretch.end, 2 * POINTS - 1)
-        along, across = stretch.force_at(fine)
-        slope = across * (1.0 / stretch.axial_rigidity + 1.0 / np.hypot(along, across))
-        step = (fine[2] - fine[0]) / 6.0  # of Simpson's rule
-        parts = (slope[:-2:2] + 4.0 * slope[1::2] + slope[2::2]) * step
-        places.append(fine[::2])
-        depths.append(depth + np.concatenate(([0.0], np.cumsum(parts))))
-        depth = float(depths[-1][-1])
-    return np.concatenate(places), np.concatenate(depths)
 
 
 def tension_at(stretches: Iterable[RestingStretch], at: Array) -> Array:
