@@ -11,7 +11,7 @@ from cabledrive.modal.lowest import DERIVED, LOWEST
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import as_machine, require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys_of
 from cabledrive.report.blocks import table_text
 from cabledrive.report.machine.data import data_sheet, derived_table
 from cabledrive.report.machine.tables import ALONG, margins_data, margins_tables
@@ -56,7 +56,7 @@ def with_margins(answer: Answer, drive: Machine, file: str) -> Answer:
     """The same answer with the margins along a planned motion."""
     motion = read_motion(file, drive, torque=False)
     pushed = motion.load_torque is not None
-    machine = as_machine(require_two_pulleys(drive, "load_torque"), loaded=True) if pushed else drive.machine
+    machine = as_machine(two_pulleys_of(drive, "load_torque"), loaded=True) if pushed else drive.machine
     along = motion.by_pulley(1.0 if machine is drive else SENSE)
     found = motion_margins(machine, along)
     parts = [answer.text, "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)])]

@@ -10,7 +10,6 @@ from cabledrive.answers.keys import Keys
 from cabledrive.answers.runs import ALARMED
 from cabledrive.mechanics.datasheet import largest_pretension, warnings_of_rest
 from cabledrive.mechanics.holding import HOLDING
-from cabledrive.parameters import Drive
 from cabledrive.parameters.route import Machine
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import InstabilityMargin, required_detuning
@@ -86,7 +85,7 @@ RESONANCE = Keys(
 )
 
 
-def loop_data(drive: Drive, found: ResonanceSummary, load_torque: float) -> dict[str, Any]:
+def loop_data(drive: Machine, found: ResonanceSummary, load_torque: float) -> dict[str, Any]:
     """What JSON has of loops and lines alone, SI, Hz where the key says so; under a load's torque [N m]."""
     data: dict[str, Any] = {"warnings": warnings_of_rest(drive)}
     if found.instability is not None:
@@ -110,7 +109,7 @@ def remedies_text(changes: tuple[Remedy, ...], what: str) -> str:
     return "\n".join((f"changes that make {what} safe, each alone:", *indented((*enough, *others))))
 
 
-def loop_text(drive: Drive, found: ResonanceSummary) -> list[str]:
+def loop_text(drive: Machine, found: ResonanceSummary) -> list[str]:
     """What people read of loops and lines alone."""
     parts, limit = [], largest_pretension(drive)
     if any(pair.tuning and (pair.tuning.tuned_pretension or 0.0) > limit for pair in found.pairs):

@@ -302,7 +302,7 @@ def plain_rows(
         with suppress(InputRefused):
             drive = varied_together(base, {key: column[i] for key, column in given.items()})
             if _build(drive) == build and is_straight(drive):
-                found[i] = drive
+                found[i] = drive.two_pulleys
     if not found:
         return None
     good: NDArray[np.bool_] = np.zeros(rows, dtype=bool)

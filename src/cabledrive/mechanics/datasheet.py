@@ -16,7 +16,7 @@ from cabledrive.mechanics.spans import lumped_cable_mode
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 CABLE, TORQUE, REST, INERTIAS = "Cable", "Torque", "At rest", "Inertias"
 MASSLESS, RESOLUTION = "Estimates with a massless cable", "Resolution"
@@ -112,12 +112,13 @@ class DerivedQuantities(Result):
         return values | {"reasons": {name: whys[name] for name, value in values.items() if value is None}}
 
 
-def derived_quantities(drive: Drive) -> DerivedQuantities:
+def derived_quantities(drive: Machine) -> DerivedQuantities:
     """Work out the datasheet of a drive.
 
     Parameters
     ----------
-    drive : Drive
+    drive : Drive or RoutedDrive
+        One cable between two pulleys.
 
     Returns
     -------
@@ -125,10 +126,12 @@ def derived_quantities(drive: Drive) -> DerivedQuantities:
 
     Raises
     ------
+    InputRefused
+        If it has other parts.
     NotComputed
         If no state of rest is found.
     """
-    require_two_pulleys(drive, "`derived_quantities`")
+    drive = two_pulleys_of(drive, "`derived_quantities`")
     cable, motor, sensors = drive.cable, drive.motor, drive.sensors
     mass = len(drive.spans) * drive.span_length * cable.mass_per_length
     rest = rest_state(drive)
@@ -192,7 +195,7 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
     own = drive.two_pulleys
-    if own is None:
+    if own is not drive:  # whose lines name the keys of its file
         return (*route_warnings(drive.machine), *_rotors(drive))
     sheet = derived_quantities(own)
     checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _joint, _goal_and_sampling)
@@ -204,7 +207,7 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
 def warnings_of_rest(drive: Machine) -> tuple[str, ...]:
     """Warnings that touch what is said of vibrations, a line each: slack at rest, strain and sag."""
     own = drive.two_pulleys
-    if own is None:
+    if own is not drive:
         return tuple(strained(drive.machine))
     sheet = derived_quantities(own)
     return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(own, sheet))

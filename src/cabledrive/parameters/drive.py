@@ -51,6 +51,8 @@ class Drive(MachineBase):
     # where it is the lumped chain of a machine with routes, for control: without spans of its own, its cable
     # has the chain's stiffness, no mass, and the pretension of a loop slack at the same torque
     chain_of: Axis | None = field(default=None, metadata={"file": False})
+    # where it was found in a machine with routes: what that calls the spans
+    called: tuple[str, ...] = field(default=(), compare=False, metadata={"file": False})
 
     def __post_init__(self) -> None:
         MachineBase.__post_init__(self)
@@ -74,8 +76,13 @@ class Drive(MachineBase):
 
     @property
     def two_pulleys(self) -> "Drive | None":
-        """Itself, but for a lumped chain, which has no spans of its own."""
+        """Itself, which has closed forms, but for a lumped chain, which has no spans of its own."""
         return None if self.chain_of else self
+
+    @property
+    def whole(self) -> "Machine":
+        """Itself, or the machine whose lumped chain it is."""
+        return self.chain_of.machine if self.chain_of else self
 
     @property
     def axis(self) -> Axis:

@@ -12,8 +12,6 @@ from cabledrive.parameters.fields import check_fields, choice, meaning, words
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from cabledrive.parameters.drive import Drive
-
 SCHEMA_VERSION = 1
 MOST_CARRIAGES = 100_000
 WORDS = ("name", "title", "source")
@@ -42,11 +40,6 @@ class MachineBase(Result):
         ripple = self.excitation is not None and self.excitation.torque_ripple is not None
         if ripple and not (self.motors and self.motors[0].torque_limit is not None):
             raise InputRefused("excitation.torque_ripple is a share of motor.torque_limit: add that")
-
-    @property
-    def two_pulleys(self) -> "Drive | None":
-        """Itself where one cable between two pulleys is all of it, which has closed forms; else None."""
-        return None
 
     @property
     def motors(self) -> tuple[Motor, ...]:

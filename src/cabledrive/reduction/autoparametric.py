@@ -24,6 +24,8 @@ from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.tuning import PulleyMode, pulley_mode, rims_of
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction import transverse_sections as across
 from cabledrive.reduction.stretches import StretchModel
 
@@ -82,7 +84,7 @@ class AutoparametricModel:
 
 
 def autoparametric_model(
-    drive: Drive,
+    drive: Machine,
     *,
     number: int | None = None,
     planes: int = 1,
@@ -96,9 +98,10 @@ def autoparametric_model(
     steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower one; ``at_rest``:
     whether each section has the tension that weights, carriages and slope leave it, instead of the pretension
     of the straight drive.
-    Raises `InputRefused` if no pulley can turn, or the steady torque takes a span's tension away;
-    `NotComputed` if a section hangs slack at rest.
+    Raises `InputRefused` if it is more than one cable between two pulleys, no pulley can turn, or the steady
+    torque takes a span's tension away; `NotComputed` if a section hangs slack at rest.
     """
+    drive = two_pulleys_of(drive, "internal resonance by closed forms")
     tensions = across.span_tensions(drive, load_torque)
     pulley = pulley_mode(drive)
     moved, factor = scaled_rims(pulley)

@@ -13,7 +13,8 @@ from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, not_written, one_process
-from cabledrive.parameters.route.two_pulleys import ANGLES, NAMES
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import ANGLES, NAMES, two_pulleys_of
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.stretches import StretchModel, numbers_of
 from cabledrive.reduction.uniform_tension import IntegratedMotion, integrate, uniform_tension_model
@@ -74,13 +75,14 @@ def _result(
     drive: Drive,
     model: StretchModel,
     recorded: IntegratedMotion,
-    torque: tuple[Array, str],
+    torque: tuple[Array, dict[str, str]],
     grid: tuple[int, float, int],
 ) -> SimulationResult:
     """A run of the fast model in the form of an exact one, `stopped` set where the model does not hold.
 
-    ``torque``: at the records [N m], and its fingerprint; ``grid``: steps, step [s], steps per record, of
-    which fewer were recorded where an amplitude outgrew the span. The time it took is left to the caller.
+    ``torque``: at the records [N m], and what it and the drive are told by; ``grid``: steps, step [s], steps
+    per record, of which fewer were recorded where an amplitude outgrew the span. The time it took is left to
+    the caller.
     """
     steps, step, stride = grid
     rows = _rows(drive, model, recorded, torque[0][: len(recorded.along)])
@@ -114,7 +116,6 @@ def _result(
         provenance={
             "cabledrive": __version__,
             "drive": drive.name,
-            "drive_hash": content_hash(drive),
             "method": {
                 "name": "uniform-tension modes",
                 "model": "fast",
@@ -124,7 +125,7 @@ def _result(
                 "ends_at_hz": model.highest / (2 * pi),
             },
             "duration": steps * step,
-            "torque": torque[1],
+            **torque[1],
             "torque_offset": drive.motor.offset_torque if drive.motor else 0.0,
         },
         stopped=stopped,
@@ -178,7 +179,7 @@ class FastScheme:
 
 
 def simulate_fast(
-    drive: Drive,
+    drive: Machine,
     duration: float,
     *,
     torque: Signal | float | Function = 0.0,
@@ -197,8 +198,8 @@ def simulate_fast(
 
     Parameters
     ----------
-    drive : Drive
-        A loop without carriages, held pulleys and Coulomb friction.
+    drive : Drive or RoutedDrive
+        A loop round two pulleys without carriages, held pulleys and Coulomb friction.
     duration : float
         Length of the run [s].
     torque : Signal, float or callable, default 0.0
@@ -223,7 +224,8 @@ def simulate_fast(
     InputRefused
         If the drive, the start or the torque does not fit the model.
     """
-    began = time.perf_counter()
+    began, own = time.perf_counter(), content_hash(drive)
+    drive = two_pulleys_of(drive, "the fast model")
     path = None if output is None else check_writable(output, force=force)
     scheme, start, recording = scheme or FastScheme(), start or Start(), recording or Recording()
     model = uniform_tension_model(drive, scheme.sines)
@@ -250,7 +252,7 @@ def simulate_fast(
         kept = max(1, int(np.argmin(bounded)))
         along, across, tallies = recorded.along[:kept], recorded.across[:kept], recorded.tallies[:kept]
         recorded = IntegratedMotion(along, across, tallies, recorded.peaks)
-    given = samples[: steps + 1 : stride], signal.fingerprint
+    given = samples[: steps + 1 : stride], {"torque": signal.fingerprint, "drive_hash": own}
     result = _result(drive, model, recorded, given, (steps, step, stride))
     result = replace(result, wall_time=time.perf_counter() - began)
     if path is None:

@@ -14,7 +14,7 @@ from cabledrive.mechanics.holding import span_stiffness
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 
 @described
@@ -203,7 +203,7 @@ def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
     InputRefused
         If the drive lacks what the model needs, or carries masses on its cable.
     """
-    drive = require_two_pulleys(drive, "`lumped_model`", chains=True)
+    drive = two_pulleys_of(drive, "`lumped_model`", chains=True)
     model = highest_model(drive) if model is None else model
     _check(drive, model)
     motor, pulley, load = drive.motor, drive.drive_pulley, drive.load_pulley

@@ -30,7 +30,8 @@ from cabledrive.modal.natural import longitudinal_modes
 from cabledrive.modal.tuning import rims_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction.stretch_runs import recorded_run
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, new_stretch_state
 
@@ -40,13 +41,14 @@ HIGHEST_SHARE = 0.9
 """Longitudinal modes are kept below this share of the first resonance of a span, c_u / (2 Le)."""
 
 
-def uniform_tension_model(drive: Drive, sines: int = 16, planes: int = 1) -> StretchModel:
+def uniform_tension_model(drive: Machine, sines: int = 16, planes: int = 1) -> StretchModel:
     """Reduce a loop to uniform tension in each span with some sines per span and plane, Eqs. (R.1)-(R.3).
 
     ``planes``, {1, 2}: w alone, or v as well. The motions shown are the angles of drive and load pulley and
     motor. Refused: lines, carried masses, held pulleys and Coulomb friction, which the model does not have.
     """
-    if why := misfit(require_two_pulleys(drive, "the fast model")):
+    drive = two_pulleys_of(drive, "the fast model")
+    if why := misfit(drive):
         raise InputRefused(f"{why} use --model exact")
     if not 1 <= sines <= 400:
         raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")

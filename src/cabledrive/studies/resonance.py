@@ -20,7 +20,7 @@ from cabledrive.modal.tuning import (
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model, split_tunings
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.decay import guessed_damping
@@ -95,21 +95,20 @@ def resonance(
     NotComputed
         If a span hangs slack at rest.
     """
-    own = machine.two_pulleys
+    own, stated = machine.two_pulleys, machine.excitation
     if load_torque and own is not None and sags(own):
         raise InputRefused("load_torque is for a straight cable, and a span sags: see `check`; leave it out")
-    if not load_torque and (own is None or sags(own)):
-        found = resonance_of_pairs(own or machine.machine, torque, details=details)
-        return replace(found, left_out=(*found.left_out, *(warnings_of_rest(own) if own else ())))
-    drive = require_two_pulleys(machine, "`resonance` under a load torque")
+    if not load_torque and (own is None or sags(own) or (stated and stated.orders)):
+        found = resonance_of_pairs(machine.whole, torque, details=details)
+        return replace(found, left_out=(*found.left_out, *warnings_of_rest(machine.whole)))
+    drive = two_pulleys_of(machine, "`resonance` under a load torque")
     most = drive.load_pulley.radius * largest_pretension(drive)
     if not abs(load_torque) <= most:
         said = f"load torque = {load_torque:.4g} N m strains the cable beyond its elastic range"
         raise InputRefused(f"{said}, up to {most:.4g} N m: lower it")
     motor = motor_condition(drive)
-    stated = drive.excitation.torque_ripple if drive.excitation is not None else None
-    if torque is None and stated is not None:
-        torque = stated * (drive.motors[0].torque_limit or 0.0)  # checked with the file
+    if torque is None and stated and stated.torque_ripple is not None:
+        torque = stated.torque_ripple * (drive.motors[0].torque_limit or 0.0)  # checked with the file
     tau = default_torque(drive) if torque is None else torque
     if not tau >= 0.0:
         raise InputRefused(f"torque = {tau:.6g} N m must not be negative: give its amplitude")
@@ -168,6 +167,7 @@ def resonance(
             *_reasons(drive, model, at_tuning, instability, tau, tuned),
             beside + (", without the load torque" if load_torque else ""),
             *(() if pairs is None else pairs.doubt),
+            *(f"{own} span: {name}" for own, name in zip(drive.spans, drive.called, strict=False)),
         ),
         missing=missing,
         motor=motor,
@@ -283,8 +283,9 @@ _FEW = 12
 """Pretensions tried of a machine whose pairs take long."""
 
 
-def remedies(drive: Drive, torque: float, load_torque: float = 0.0) -> tuple[Remedy, ...]:
+def remedies(machine: Machine, torque: float, load_torque: float = 0.0) -> tuple[Remedy, ...]:
     """Changes, each by itself, that make a drive that is not safe so under a torque [N m]."""
+    drive = two_pulleys_of(machine, "a remedy")
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
 
     def safe(trial: Drive) -> bool:

@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from cabledrive.modal.tuning import resonant_pairs
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction.autoparametric import (
     AutoparametricModel,
     at_pretension,
@@ -76,7 +78,7 @@ class GrowthMap:
 
 
 def growth_map(
-    drive: Drive,
+    drive: Machine,
     *,
     torque: float,
     load_torque: float = 0.0,
@@ -90,6 +92,8 @@ def growth_map(
     ``torque``: the drive's own, the map goes to three times it; 1e-4 of the span is plucked. The
     unstretched lengths are kept; of more sections the two that come nearest to resonance are taken.
     """
+    given = content_hash(drive)
+    drive = two_pulleys_of(drive, "the map")
     tuned = tuple(sorted({pair.tuned_pretension for pair in resonant_pairs(drive) if pair.tuned_pretension}))
     own = drive.cable.pretension
     closest = min(tuned, key=lambda value: abs(np.log(value / own)), default=own)
@@ -115,7 +119,7 @@ def growth_map(
     slack = ~(pulley <= np.asarray(at_pretension(model, tension).slack_amplitude)[None])
     return GrowthMap(
         drive=drive.name,
-        drive_hash=content_hash(drive),
+        drive_hash=given,
         pretension=tension,
         torque=taus,
         growth=np.where(slack, np.nan, growth),
@@ -163,11 +167,12 @@ class SpotCheck(NamedTuple):
     exact: float | None  # of the exact loop [-]; None where a span went slack there
 
 
-def spot_checks(drive: Drive, growth: GrowthMap, rng: np.random.Generator) -> tuple[SpotCheck, ...]:
+def spot_checks(drive: Machine, growth: GrowthMap, rng: np.random.Generator) -> tuple[SpotCheck, ...]:
     """Run the exact loop at `SPOTS` random taut points of a map, most of them inside the instability region.
 
     Without weight and Coulomb friction; none where spans do not vibrate in their first mode.
     """
+    drive = two_pulleys_of(drive, "a spot check")
     model = autoparametric_model(drive)
     plain = drive.closed and not drive.carriage and all(mode.number == 1 for mode in model.modes)
     taut = np.argwhere(~growth.slack)
@@ -259,7 +264,7 @@ class SteadyBranch:
 
 
 def steady_branches(
-    drive: Drive,
+    drive: Machine,
     torque: float,
     rng: np.random.Generator,
     *,

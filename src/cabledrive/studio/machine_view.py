@@ -17,7 +17,6 @@ from cabledrive.modal.lowest import how_held
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import InputRefused, NotComputed, packaged_drives
 from cabledrive.parameters.route.drive import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs
@@ -227,7 +226,7 @@ def resonance_page(request: Request) -> Response:
 def resonance_map(request: Request) -> Response:
     """The map, as the command `resonance --map` draws it; with a motion, its path."""
     desk: Desk = request.app.state.desk
-    drive = require_two_pulleys(drive_of(desk.library, state_of(request.url.query, desk.first)), "the map")
+    drive = drive_of(desk.library, state_of(request.url.query, desk.first))
     torque = request.query_params.get("torque", "")[:40]
     found = resonance(drive, torque=to_si(torque, "N m") if torque else None)
     chosen = request.query_params.get("motion")

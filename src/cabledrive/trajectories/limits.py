@@ -13,7 +13,7 @@ import numpy as np
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 HIGHEST_ORDER = 21
 
@@ -117,7 +117,7 @@ def move_limits(drive: Drive, *, acceleration: float = inf) -> MoveLimits:
     -------
     MoveLimits
     """
-    drive = require_two_pulleys(drive, "`move_limits`", chains=True)
+    drive = two_pulleys_of(drive, "`move_limits`", chains=True)
     motor, first, second = drive.motor, drive.drive_pulley, drive.load_pulley
     ratio = second.radius / first.radius
     cable = len(drive.spans) * drive.cable.mass_per_length * drive.span_length

@@ -1,14 +1,13 @@
 """`cabledrive resonance`: how near a drive is to its internal resonance, and what would help."""
 
 from dataclasses import replace
-from typing import Any
 
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.parameters import NotComputed
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 FLOOR, LIMIT = 1e-5, 5e-4
 METHOD = "modes at rest, coupling by exact integrals, averaged equations to second order"
@@ -71,8 +70,7 @@ def command(
 
     for name, given in (("--map", map_file is not None), ("--branches", with_branches)):
         if given:
-            require_two_pulleys(drive, name)
-    loop: Any = drive  # a loop or a line where there is a region, a map or branches
+            two_pulleys_of(drive, name)
     if motion_file is None:
         refuse_given("floor", "limit", why=ALONE)
     else:
@@ -81,7 +79,7 @@ def command(
     acting, judged, motion, incomplete = found.torque or 0.0, None, None, None
     region = found.instability  # of the pulleys' own mode on two pulleys
     unsafe = region is not None and {found.verdict, region.verdict} <= {RESONANT, NEAR}
-    changes = remedies(loop, acting, load_torque) if unsafe else ()
+    changes = remedies(drive, acting, load_torque) if unsafe else ()
     if not unsafe and found.verdict in (RESONANT, NEAR) and not load_torque:
         changes = pair_remedies(drive.machine, found)
     if motion_file is not None:
@@ -94,8 +92,8 @@ def command(
     if changes:
         parts.append(shown.remedies_text(changes, "the pulley mode" if unsafe else "it"))
     if region is not None:
-        data |= shown.loop_data(loop, found, load_torque)
-        parts += shown.loop_text(loop, found)
+        data |= shown.loop_data(drive, found, load_torque)
+        parts += shown.loop_text(drive, found)
     if judged is not None:
         left_out = left_out_under_torque(drive)
         listed = replace(judged, passages=judged.passages[: shown.MOST_PASSAGES])
@@ -107,12 +105,12 @@ def command(
         from cabledrive.report.map_page import resonance_map_page, spot_check_line
         from cabledrive.studies.resonance_map import growth_map, spot_checks
 
-        growth = growth_map(loop, torque=acting, load_torque=load_torque)
-        checks = () if load_torque else spot_checks(loop, growth, np.random.default_rng(SEED))
+        growth = growth_map(drive, torque=acting, load_torque=load_torque)
+        checks = () if load_torque else spot_checks(drive, growth, np.random.default_rng(SEED))
         map_file.write(resonance_map_page(growth, spot_check_line(checks), motion=motion))
     if with_branches:
         try:
-            branches = steady_branches(loop, acting, np.random.default_rng(SEED), load_torque=load_torque)
+            branches = steady_branches(drive, acting, np.random.default_rng(SEED), load_torque=load_torque)
         except NotComputed as failure:
             branches, incomplete = (), str(failure)
         data["branches"] = [shown.BRANCH(branch) for branch in branches]

@@ -12,7 +12,6 @@ from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.tracked import move_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import require_two_pulleys
 from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def command(
         from cabledrive.reduction.fast_simulation import FastScheme, simulate_fast
 
         result = simulate_fast(
-            require_two_pulleys(drive, "--model fast"),
+            drive,
             options["duration"],
             torque=torque,
             start=hung or Start(plucks=plucks),

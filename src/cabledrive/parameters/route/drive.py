@@ -1,6 +1,7 @@
 """A machine of kind "route": bodies, pulleys, anchors and the ways of its cables, checked."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -69,6 +70,17 @@ class RoutedDrive(MachineBase):
     def machine(self) -> "RoutedDrive":
         """Itself, as `Drive.machine` has it."""
         return self
+
+    whole = machine
+
+    @cached_property
+    def two_pulleys(self) -> Drive | None:
+        """The one cable between two pulleys that it is, which has closed forms; None where it is more."""
+        from cabledrive.parameters.route.two_pulleys import in_machine
+
+        with suppress(InputRefused):
+            return in_machine(self)
+        return None
 
     @cached_property
     def plain(self) -> "RoutedDrive":

@@ -1,16 +1,18 @@
-"""A loop round two pulleys as a machine with routes."""
+"""One cable between two pulleys as a machine with routes, and found in one."""
 
-from dataclasses import fields
-from math import hypot
+from dataclasses import fields, replace
+from math import atan2, hypot, pi, remainder
 from typing import Any
 
-from cabledrive.parameters.cable import RIGIDITY, Rope
+from cabledrive.parameters.cable import RIGIDITY, Cable, Rope
 from cabledrive.parameters.drive import SENSE, Drive
+from cabledrive.parameters.drive_parts import Carriage, Layout, Motor, Pulley
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import Route, RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
 
 NAMES = ("drive pulley", "load pulley")
+_UPRIGHT = 1e-9  # beyond the vertical, of what round-off makes lean [rad]
 ANGLES = ("drive_angle", "load_angle", "motor_angle")
 
 
@@ -68,19 +70,87 @@ def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
     )
 
 
-def _alike(table: type[Any], part: Any) -> dict[str, Any]:
-    """What a part of a loop says under the keys of a table of a machine with routes."""
-    return {own.name: getattr(part, own.name) for own in fields(table) if hasattr(part, own.name)}
-
-
-def require_two_pulleys(drive: Machine, what: str, *, chains: bool = False) -> Drive:
-    """The drive; refused if it has not the spans of two pulleys that ``what`` needs, or its shafts alone.
+def two_pulleys_of(drive: Machine, what: str, *, chains: bool = False) -> Drive:
+    """The cable between two pulleys of a machine; refused, with the reason, where ``what`` finds none.
 
     ``chains``: the lumped chain of an axis, which has two shafts and no spans, will do.
     """
-    said = f'kind = "route": {what} takes one cable between two pulleys, kind "loop" or "line" only'
-    if isinstance(drive, Drive):
-        if chains or drive.two_pulleys:
+    try:
+        if isinstance(drive, RoutedDrive):
+            return in_machine(drive)
+        if chains or not drive.chain_of:
             return drive
-        said += f", the axis of {drive.axis.load} is a lumped chain: give its machine, or take a lumped plant"
-    raise InputRefused(said)
+        load = drive.axis.load
+        raise InputRefused(f"the axis of {load} is a lumped chain: give its machine, or take a lumped plant")
+    except InputRefused as refusal:
+        raise InputRefused(f"{what} takes one cable between two pulleys: {refusal}") from None
+
+
+def in_machine(machine: RoutedDrive) -> Drive:
+    """The drive with two pulleys that a machine with routes is, its angles counted as the rope runs.
+
+    Its drive pulley is that of the motor or the stop. A machine that leads to the left is seen in a mirror,
+    and a path whose cable would leave the drive pulley below on its way to the load is followed backwards.
+    Refused, with the reason, if there is another part.
+    """
+    route, rope, layout, spans = machine.route[0], machine.ropes[0], machine.layout, machine.free_spans
+    first = (*machine.held, *machine.turned, 0)[0]
+    if (len(machine.route), len(route.path), len(machine.pulley)) != (1, 2, 2) or machine.body:
+        rows = {"route": machine.route, "pulley": machine.pulley, "body": machine.body}
+        counts = ", ".join(f"{len(own)} [[{name}]]" for name, own in rows.items())
+        raise InputRefused(f"this machine has {counts}, its first path {len(route.path)} places")
+    drive, load = parts = tuple(machine.pulley[number] for number in (first, 1 - first))
+    rise = atan2(load.at[1] - drive.at[1], load.at[0] - drive.at[0])
+    slope, senses = remainder(layout.inclination + rise, 2.0 * pi), {own.sense for own in machine.places[0]}
+    mirrored = abs(slope) > pi / 2 + _UPRIGHT
+    slope = remainder(pi - slope, 2.0 * pi) if mirrored else slope
+    backwards = (1 in senses) != mirrored
+    starts = [(span.end if backwards else span.start).pulley for span in spans]
+    balanced = not layout.gravity or (route.closed and not machine.carriage)
+    for unlike, said in (
+        (len(senses) > 1 or 0 in senses, "its cable crosses over, or ends at an anchor"),
+        (route.ropes > 1 or route.speed, "its cable runs, or is one of several"),
+        (len(machine.motor) > 1, "it has two motors"),
+        (rope.pretension is None, "its cable has no pretension"),
+        (not (machine.held or drive.fixed or balanced), "nothing holds its pulleys at rest"),
+        (layout.gravity and first not in starts, "its span leaves the drive pulley on the other side"),
+    ):
+        if unlike:
+            raise InputRefused(said)
+    motor, inertias = machine.motor[0] if machine.motor else None, [part.inertia for part in parts]
+    if motor is not None and motor.joint_stiffness is None and not drive.inertia:  # one shaft, half to each
+        motor = replace(motor, inertia=0.5 * motor.inertia)
+        inertias[0] = motor.inertia
+    sense = 1.0 if mirrored else SENSE
+    wraps = {span.end.pulley: span.wrap for span in spans}
+    cable = Cable(**_alike(Cable, rope))
+    carriages = []
+    for own, (number, along) in zip(machine.carriage, machine.carriage_places, strict=True):
+        after = spans[number].length - along if backwards != (first not in starts) else along
+        place = {"position": after / (1.0 + cable.prestrain), "span": "upper"}
+        if route.closed and starts[number] != first:
+            place["span"] = "lower"
+        carriages.append(Carriage(**_alike(Carriage, own) | place))
+    return Drive(
+        kind="loop" if route.closed else "line",
+        **{name: getattr(machine, name) for name in ("name", "title", "source", "sensors", "goal")},
+        excitation=None if machine.excitation and machine.excitation.orders else machine.excitation,
+        cable=cable,
+        layout=Layout(
+            pulley_distance=spans[0].length,
+            gravity=layout.gravity,
+            inclination=max(-pi / 2, min(pi / 2, slope)),
+        ),
+        pulley=tuple(
+            Pulley(**_alike(Pulley, part) | {"inertia": inertia, "wrap_angle": wraps.get(number)})
+            for part, inertia, number in zip(parts, inertias, (first, 1 - first), strict=True)
+        ),
+        motor=motor and Motor(**_alike(Motor, motor) | {"offset_torque": sense * motor.offset_torque + 0.0}),
+        carriage=tuple(carriages),
+        called=machine.spans if starts[0] == first else machine.spans[::-1],
+    )
+
+
+def _alike(table: type[Any], part: Any) -> dict[str, Any]:
+    """What a part says under the keys of the table of another form of file."""
+    return {own.name: getattr(part, own.name) for own in fields(table) if hasattr(part, own.name)}
