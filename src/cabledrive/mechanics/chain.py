@@ -75,11 +75,6 @@ class Chain:
         return self.lengths / np.sqrt(self.rigidity / self.density)
 
     @property
-    def all_masses(self) -> Array:
-        """Masses of the joints, then of the pendants [kg]."""
-        return np.append(self.masses, [pendant.mass for pendant in self.pendants])
-
-    @property
     def cable_mass(self) -> float:
         """Mass of all segments [kg]."""
         return float(np.sum(self.density * self.lengths))

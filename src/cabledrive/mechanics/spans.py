@@ -45,7 +45,8 @@ def longitudinal_chains(drive: Drive) -> tuple[LabelledChain, ...]:
 def rigid_mass(drive: Drive) -> float:
     """Mass at the rim of everything that moves when a drive without held parts turns [kg]."""
     (labelled,) = longitudinal_chains(drive)
-    return float(labelled.chain.all_masses.sum() + labelled.chain.cable_mass)
+    chain = labelled.chain
+    return float(chain.masses.sum() + sum(own.mass for own in chain.pendants) + chain.cable_mass)
 
 
 def lumped_cable_mode(drive: Drive) -> float | None:

@@ -124,13 +124,10 @@ class Rope:
         return (*self.start, *self.end)
 
     @cached_property
-    def _held(self) -> Array:
-        return self.hold(np.linspace(0.0, self.length, 33))
-
-    @cached_property
     def time(self) -> float:
         """Travel time of a wave across [s]."""
-        slow = np.sqrt(self.density / (self._held + self.bend / self.length**2))
+        held = self.hold(np.linspace(0.0, self.length, 33))
+        slow = np.sqrt(self.density / (held + self.bend / self.length**2))
         return float(self.length * slow.mean())
 
     def places(self, top: float) -> Array:
