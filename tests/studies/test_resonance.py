@@ -10,9 +10,10 @@ import cabledrive as cd
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
+from cabledrive.reduction.fast_simulation import COLUMN, FastScheme, simulate_fast
 from cabledrive.reduction.threshold import CLOSE, instability_margin
 from cabledrive.report.map_page import resonance_map_page, spot_check_line
-from cabledrive.simulation import Pluck, Recording, Scheme
+from cabledrive.simulation import Pluck, Recording, Scheme, Start
 from cabledrive.simulation.signals import Sine
 from cabledrive.studies.machine_pairs import machine_pairs
 from cabledrive.studies.resonance import remedies, resonance
@@ -117,6 +118,26 @@ def test_modes_that_grow_together_make_a_loop_resonant_and_grow_in_time(measured
         early, late = (across[(run.time > at) & (run.time < at + 0.2)].max() for at in (2.0, 3.0))
         measured(f"{torque} N m: {late / early:.3g} times as large after 1 s")
         assert (late > early) == grows
+
+
+def test_far_from_tuning_the_mode_that_grows_first_decides_and_grows_in_time(measured):
+    """Its half wave is not the nearest to half the pulley mode: above it less swing of tension is enough."""
+    cable = cd.Cable(given_rigidity=21e3, mass_per_length=18e-3, pretension=60.0, transverse_damping=4.0)
+    pulleys = tuple(cd.Pulley(radius=0.01, inertia=own, viscous_friction=1e-4) for own in (3e-5, 4e-6))
+    layout = cd.Layout(pulley_distance=0.8, gravity=0.0)
+    drive = cd.Drive(name="belt", kind="loop", cable=cable, layout=layout, pulley=pulleys)
+    found = resonance(drive, torque=0.0)
+    least, at = found.threshold_here, found.pulley_frequency
+    assert {pair.numbers for pair in found.pairs if pair.least < 1.001 * least} == {(3, 3)}
+    assert [resonance(drive, torque=share * least).verdict for share in (0.99, 1.01)] == ["close", "resonant"]
+    for share, grows in ((0.93, False), (1.07, True)):
+        push = Sine(amplitude=share * least, frequency=at)
+        plucked = Start(plucks=(Pluck(span="upper", height=1e-5, shape="sine-3"),))
+        run = simulate_fast(drive, 2.0, torque=push, start=plucked, scheme=FastScheme(sines=4))
+        size = np.abs(run.rows[:, COLUMN["w at the middle of upper"]])
+        last = size[-size.size // 8 :].max() / 1e-5
+        measured(f"{share:g} of the threshold: {last:.3g} times the pluck after 2 s")
+        assert (last > 10.0) if grows else (last < 0.5)
 
 
 def test_more_torque_never_makes_a_verdict_better():

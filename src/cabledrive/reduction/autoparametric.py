@@ -93,11 +93,11 @@ def autoparametric_model(
 ) -> AutoparametricModel:
     """Coefficients of the internal resonance of a drive, Eq. (A.9).
 
-    ``number``: number of the transverse mode of every section; unless given, the one nearest to half the
-    pulley mode; ``planes``, {1, 2}: the plane of the loop alone, or with the horizontal one; ``load_torque``:
-    steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower one; ``at_rest``:
-    whether each section has the tension that weights, carriages and slope leave it, instead of the pretension
-    of the straight drive.
+    ``number``: number of the transverse mode of every section; unless given, the one that the pulley mode
+    makes grow first; ``planes``, {1, 2}: the plane of the loop alone, or with the horizontal one;
+    ``load_torque``: steady torque on the load pulley [N m]; it pulls the upper span and relaxes the lower
+    one; ``at_rest``: whether each section has the tension that weights, carriages and slope leave it, instead
+    of the pretension of the straight drive.
     Raises `InputRefused` if it is more than one cable between two pulleys, no pulley can turn, or the steady
     torque takes a span's tension away; `NotComputed` if a section hangs slack at rest.
     """

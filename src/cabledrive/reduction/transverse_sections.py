@@ -9,12 +9,13 @@ from cmath import exp, phase
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from math import ceil, inf, pi, sin
+from math import ceil, inf, pi, sin, sqrt
 
 import numpy as np
 
 from cabledrive.mechanics.chain import LabelledChain
 from cabledrive.mechanics.spans import longitudinal_chains
+from cabledrive.modal import Mode
 from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.tuning import section_modes
 from cabledrive.parameters import Drive, InputRefused
@@ -112,13 +113,20 @@ class Section:
 
 
 def nearest_section(chain: LabelledChain, pulley: float, number: int | None) -> Section:
-    """One transverse mode of a section: the given number, or the nearest to half the pulley mode [rad/s]."""
+    """One transverse mode of a section: the given number, or the first to grow by the pulley mode [rad/s]."""
     # no more modes reach beyond half the pulley mode than of a string without masses
     turns = 0.5 * pulley * float(chain.chain.travel_times.sum()) / pi
     enough = min(HIGHEST_NUMBER, ceil(turns) + chain.chain.masses.size - 1)
     found = section_modes(chain, number or enough)
-    near = min(found, key=lambda mode: abs(2 * pi * mode.frequency - 0.5 * pulley))
-    chosen = found[number - 1] if number else near
+
+    def swing(mode: Mode) -> tuple[float, float]:
+        """Of the tension, from which it grows without damping (A.22), scaled; its distance from 1:2."""
+        square = (2 * pi * mode.frequency / pulley) ** 2
+        inside = 1.5 - 2.0 * square
+        grows = abs(1.0 - 0.25 / square) / (1.0 + sqrt(inside)) if inside >= 0.0 else inf
+        return grows, abs(sqrt(square) - 0.5)
+
+    chosen = found[number - 1] if number else min(found, key=swing)
     pieces = chosen.slope_waves()
     largest = max(wave.largest_displacement for wave in pieces)
     label = TransverseMode(

@@ -38,7 +38,7 @@ from cabledrive.reduction.threshold import (
 )
 from cabledrive.studies import resonance_detuning as regions
 from cabledrive.studies.machine_pairs import MachinePairs, machine_pairs, resonance_of_pairs
-from cabledrive.studies.pair_thresholds import HIGHEST, SUM, alike
+from cabledrive.studies.pair_thresholds import HIGHEST, SUM, NearPair, alike
 from cabledrive.studies.resonance_detuning import (
     CLOSE_SHARE,
     FAILED,
@@ -147,7 +147,7 @@ def resonance(
         missing["growth_torque"] = "not asked for"
     ratio, here = span_frequency(drive) / pulley, float(threshold_torque(model))
     pairs = machine_pairs(drive, resonant_pairs(drive)) if details else None
-    verdict, beside = _of_others(instability.verdict, pairs, tau)
+    verdict, beside = _of_others(instability.verdict, pairs, tau, model)
     return ResonanceSummary(
         frequency_ratio=ratio,
         detuning=ratio - 0.5,
@@ -175,17 +175,24 @@ def resonance(
     )
 
 
-def _of_others(verdict: str, found: MachinePairs | None, torque: float) -> tuple[str, str]:
-    """The verdict, by pairs of other modes than the pulley mode and of sum type as well, and their words.
+def _of_others(
+    verdict: str, found: MachinePairs | None, torque: float, model: AutoparametricModel
+) -> tuple[str, str]:
+    """The verdict, by the pairs that the model of the pulley mode does not hold as well, and their words.
 
     ``found``: None where they were not looked for; ``torque``: [N m].
     """
     if found is None:
         return verdict, "other pairs than the 1:2 of the pulley mode were not looked at"
+
+    def held(pair: NearPair) -> bool:
+        own = [mode for mode in model.modes if (mode.span, mode.number) == (pair.span, pair.numbers[0])]
+        return any(np.allclose(mode.section, pair.section) for mode in own)
+
     others = (
         (pair.longitudinal_hz, pair.least)
         for pair in found.pairs
-        if pair.kind == SUM or not alike(pair.longitudinal_hz, found.pulley.frequency)
+        if pair.kind == SUM or not alike(pair.longitudinal_hz, found.pulley.frequency) or not held(pair)
     )
     at, lowest = min((*found.together, *others), key=lambda own: own[1], default=(0.0, inf))
     if lowest == inf:
