@@ -141,7 +141,11 @@ ROWS = {
             (f"simulate {machine} --duration '1 ms' {option}", word)
             for machine, option, word in (
                 ("printer-idlers", "--pluck-upper '1 mm'", '"upper" is no span: take one of left clamp'),
-                ("printer-idlers", "--model fast", '"loop" or "line" only'),
+                (
+                    "printer-idlers",
+                    "--model fast",
+                    "exact, takes one cable between two pulleys",
+                ),
                 ("camera-winches", "--travel --fields 2 -o run.nc", "fields"),
                 ("printer-idlers", "--pluck '1 mm'", "SPAN=HEIGHT"),
                 (D2, "--pluck 'left=1 mm'", "take one of upper; lower"),

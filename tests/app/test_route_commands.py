@@ -1,5 +1,6 @@
 """Machines with routes at the command line: what answers, and what refuses in one line."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,10 @@ import cabledrive as cd
 from cabledrive.mechanics import rest_state
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.network_axis import as_axis
+from cabledrive.report.machine.data import machine_warnings
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, simulate
 from command import answer, call, object_of, the_line
+from network_samples import as_routes
 
 ROUTES = Path(__file__).parent.parent / "parameters" / "routes"
 
@@ -41,6 +44,15 @@ def test_a_response_between_coordinates_that_symmetry_decouples_is_said_to_be_ze
     words = "a force on head.x does not move beam.y: zero but for round-off"
     assert words in answer("response", str(tmp_path / "middle.toml"), *asked)["warnings"]
     assert words not in answer("response", "corexy", *asked)["warnings"]
+
+
+def test_a_torque_limit_that_slackens_an_axis_is_warned_of_at_the_closed_form_of_a_loop():
+    drive = cd.load_drive("dissertation-3")
+    machine, slack = as_routes(drive), 2.0 * drive.drive_pulley.radius * drive.cable.pretension
+    for share in (0.99, 1.01):
+        motor = replace(machine.motor[0], torque_limit=share * slack)
+        lines = machine_warnings(replace(machine, motor=(motor,)))
+        assert any("a rope of the held axis goes slack" in line for line in lines) == (share > 1.0)
 
 
 @pytest.mark.parametrize("drive", ["dissertation-3", "linear-axis"])

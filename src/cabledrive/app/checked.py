@@ -5,7 +5,6 @@ from dataclasses import replace
 from cabledrive.answers.keys import Keys
 from cabledrive.app.resonances import indented
 from cabledrive.app.results import Answer, provenance
-from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal.lowest import DERIVED, LOWEST
 from cabledrive.parameters import content_hash
@@ -13,7 +12,7 @@ from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys_of
 from cabledrive.report.blocks import table_text
-from cabledrive.report.machine.data import data_sheet, derived_table
+from cabledrive.report.machine.data import data_sheet, derived_table, machine_warnings
 from cabledrive.report.machine.tables import ALONG, margins_data, margins_tables
 from cabledrive.studies.motion_margins import motion_margins
 from cabledrive.studies.planned_motion import read_motion
@@ -32,7 +31,7 @@ METHOD = "balance of forces, closed formulas; lowest frequencies by the exact dy
 
 def checked(drive: Machine) -> Answer:
     """Derived quantities, spans and pulleys at rest, and warnings."""
-    sheet, warnings = data_sheet(drive), drive_warnings(drive)
+    sheet, warnings = data_sheet(drive), machine_warnings(drive)
     parts = [table_text(one) for one in (derived_table(sheet.derived), *sheet.tables)]
     springs = [
         f"Spring of {name} at rest: {force:.4g} {'N m' if name.endswith('.turn') else 'N'}."

@@ -250,10 +250,8 @@ def at_pretensions(drive: Machine, factor: float) -> Any:
         stated = rope is not None and rope.pretension is not None
         return replace(rope, pretension=factor * rope.pretension) if stated else rope
 
-    cable: Any = own(drive.cable)
-    if isinstance(drive, RoutedDrive):
-        return replace(drive, cable=cable, route=tuple(map(own, drive.route)))
-    return replace(drive, cable=cable)
+    routes: Any = {"route": tuple(map(own, drive.route))} if isinstance(drive, RoutedDrive) else {}
+    return replace(drive, cable=own(drive.cable), **routes)
 
 
 def pretension_of(machine: RoutedDrive, number: int) -> float:

@@ -225,7 +225,7 @@ def simulate_fast(
         If the drive, the start or the torque does not fit the model.
     """
     began, own = time.perf_counter(), content_hash(drive)
-    drive = two_pulleys_of(drive, "the fast model")
+    drive = two_pulleys_of(drive, "the fast model, unlike --model exact,")
     path = None if output is None else check_writable(output, force=force)
     scheme, start, recording = scheme or FastScheme(), start or Start(), recording or Recording()
     model = uniform_tension_model(drive, scheme.sines)

@@ -47,7 +47,7 @@ def uniform_tension_model(drive: Machine, sines: int = 16, planes: int = 1) -> S
     ``planes``, {1, 2}: w alone, or v as well. The motions shown are the angles of drive and load pulley and
     motor. Refused: lines, carried masses, held pulleys and Coulomb friction, which the model does not have.
     """
-    drive = two_pulleys_of(drive, "the fast model")
+    drive = two_pulleys_of(drive, "the fast model, unlike --model exact,")
     if why := misfit(drive):
         raise InputRefused(f"{why} use --model exact")
     if not 1 <= sines <= 400:

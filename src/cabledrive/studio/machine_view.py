@@ -10,7 +10,6 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 
 from cabledrive.answers.figures import quantity
-from cabledrive.mechanics import drive_warnings
 from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import how_held
@@ -21,7 +20,7 @@ from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs
 from cabledrive.report.figures.moving_machine import moving_machine
-from cabledrive.report.machine.data import data_sheet, derived_table
+from cabledrive.report.machine.data import data_sheet, derived_table, machine_warnings
 from cabledrive.report.machine.tables import pairs_table
 from cabledrive.report.map_page import resonance_map_page
 from cabledrive.report.picture import WIDE
@@ -153,7 +152,7 @@ def _seen(drive: Machine, look: Look) -> dict[str, Any]:
         chosen=row,
         held=how_held(found),
         certificate=certificate_line(found),
-        warnings=[*found.warnings, *drive_warnings(drive)],
+        warnings=[*found.warnings, *machine_warnings(drive)],
         sheet=_sheet(drive),
     )
     return {

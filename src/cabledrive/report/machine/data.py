@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from math import degrees
 from typing import Any, NamedTuple
@@ -9,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cabledrive.answers.figures import MOST_PARTS, Row, fields_by_key, given, number, shown
+from cabledrive.mechanics.datasheet import drive_warnings
 from cabledrive.mechanics.network import Statics, statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.mechanics.rest import sag_of
@@ -147,6 +149,21 @@ def _of_ropes(machine: RoutedDrive, statics: Statics) -> tuple[dict[str, Any], d
     except (InputRefused, NotComputed) as refusal:
         found["slack_torque"], why["slack_torque"] = None, str(refusal)
     return found, why
+
+
+def machine_warnings(drive: Machine) -> tuple[str, ...]:
+    """What is likely to be a mistake or a limit, a line each; of routes also motors that slacken an axis."""
+    found = list(drive_warnings(drive))
+    with suppress(InputRefused, NotComputed):  # there is no axis with one chain
+        axis = as_axis(drive)
+        limit, slack = axis.motor and axis.motor.torque_limit, axis.axis.words.get("slack_torque")
+        if limit is not None and slack is not None and limit > slack:
+            found.append(
+                f"the torque limit leaves the motors of {axis.axis.load} {limit:.4g} N m in all, above "
+                f"{slack:.4g} N m, from which a rope of the held axis goes slack: limit the torque, or raise "
+                "the pretension"
+            )
+    return tuple(found)
 
 
 def data_sheet(drive: Machine) -> DataSheet:

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 
 from cabledrive.answers.figures import number
-from cabledrive.mechanics import drive_warnings
 from cabledrive.modal.lowest import how_held, lowest_frequencies
 from cabledrive.parameters import content_hash
 from cabledrive.parameters.route import Machine
@@ -17,7 +16,14 @@ from cabledrive.report.machine.card import (
     shapes,
     travel_figures,
 )
-from cabledrive.report.machine.data import data_sheet, data_table, derived_table, drawing, source_paragraphs
+from cabledrive.report.machine.data import (
+    data_sheet,
+    data_table,
+    derived_table,
+    drawing,
+    machine_warnings,
+    source_paragraphs,
+)
 from cabledrive.report.machine.rest import rest_blocks
 from cabledrive.report.page import MACHINES, Badge, Card, View
 from cabledrive.report.words import certificate_line, modes_table, rigid_words
@@ -44,7 +50,7 @@ def machine_view(context: ReportContext, place: int) -> View:
     badge, reasons, pairs = resonance_words(drive)
     sections = tuple(_sections(drive, name, pairs))
     steps = ladder(drive, name, modes)
-    warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*drive_warnings(drive), *modes.warnings)))
+    warnings = tuple(dict.fromkeys(line.rstrip(".") for line in (*machine_warnings(drive), *modes.warnings)))
     shown: dict[str, Block] = {
         "drawing": drawing(drive, name),
         "table": modes_table(modes, SHOWN_ACROSS),
