@@ -61,7 +61,7 @@ class MachinePairs(NamedTuple):
         )
         strong = (
             f"thresholds are of first order in the swing of tension, {share:.0%} of it at {torque:.4g} N m "
-            f"and {hertz:.4g} Hz: from there on they may be off"
+            f"and {hertz:.4g} Hz: they may be off, and modes across near that frequency may grow earlier"
             for torque, share, hertz in sorted(own for own in swings if own[1] > _STRONG)[:1]
         )
         across = {mode.frequency for mode in self.modes.modes if mode.kind == TRANSVERSE}
