@@ -280,6 +280,8 @@ def test_a_measured_response_is_read_at_the_door(tmp_path):
     assert found["magnitude"] == pytest.approx([1.0, 0.1])
     assert found["phase_deg"] == pytest.approx([0.0, -90.0])
     assert found["deviation"][0] is None
+    assert found["coherence"] == [None, None]
+    assert "does not say" in found["coherence_reason"]
 
 
 # --- What `response` says of its coherence, against the textbook's value for a gain with noise added

@@ -1,5 +1,6 @@
 """`cabledrive response`: a frequency response from a log, or of a machine."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -104,9 +105,10 @@ def _of_a_file(path: str) -> Answer:
 
     found = read_response(path)
     return Answer(
-        data=_lines_of(found) | {"left_out": []},
+        data=_lines_of(replace(found, coherence=np.full(found.frequency.size, np.nan)))
+        | {"left_out": [], "coherence_reason": NO_COHERENCE},
         text=f"{found.frequency.size} lines up to {found.frequency[-1]:g} Hz, {found.averages:.1f} repeats, "
-        f"{found.left_out} outliers",
+        f"{found.left_out} outliers; {NO_COHERENCE}",
         provenance=provenance(method="median of the repeats at each frequency"),
     )
 
@@ -123,6 +125,7 @@ def _amplifier(log: Any, command_: str, torque: str, segment: float) -> tuple[di
     return {"amplifier": data | {"gain_db": fit.decibels, "misfit": fit.misfit}}, words
 
 
+NO_COHERENCE = "a table of responses does not say its coherence"
 LINES = 400
 ROUND_OFF = 1e-10
 """Of a response, relative to the mean of the responses of both its coordinates to their own forces."""
