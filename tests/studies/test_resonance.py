@@ -159,6 +159,24 @@ def test_far_from_tuning_the_mode_that_grows_first_decides_and_grows_in_time(mea
         assert (last > 10.0) if grows else (last < 0.5)
 
 
+def test_a_hanging_carriage_that_parts_two_tensions_has_the_pairs_of_the_exact_modes():
+    """On end, 1.7 N hang in a span at 7 N: as one string its tenth mode was 2.4 % too high."""
+    drive = belt(4.3442, 25e3, 30.6e-3, 7.02, 1.0, ((0.0447, 4.5e-4, 1e-5), (0.0274, 6.9e-4, 1e-5)))
+    upright = replace(drive.layout, gravity=9.81, inclination=np.pi / 2)
+    carriage = cd.Carriage(mass=0.173, position=2.53, span="lower", guided=False)
+    drive = replace(drive, layout=upright, carriage=(carriage,))
+    found = resonance(drive, torque=1e-5)
+    listed = np.array([mode.frequency for mode in cd.modes(drive, below=60.0).modes])
+    assert found.pairs
+    for pair in found.pairs:
+        for hertz in pair.transverse_hz:
+            assert np.min(np.abs(listed / hertz - 1.0)) < 1e-9
+    assert all(pair.tuning is None for pair in found.pairs)
+    assert any("hanging carriages part two" in line for line in found.left_out)
+    with pytest.raises(cd.InputRefused, match="parts two tensions"):
+        resonance(drive, load_torque=1e-3)
+
+
 def test_where_a_threshold_needs_most_of_the_tension_modes_near_the_frequency_itself_may_grow(measured):
     """The fifth, from half of the third's threshold on, of which a line warns."""
     pulleys = (0.021517, 5.8276e-5, 1.2542e-3), (0.014592, 3.6449e-5, 7.8444e-4)

@@ -226,7 +226,7 @@ def joint_threshold(waves: Waves, number: int, most: float) -> float:
 
 
 BUILD_UP = 10.0
-"""How long the torque has acted when the verdict is given [s]."""
+"""How long the torque has acted on a pulley mode without damping when the verdict is given [s]."""
 
 CLOSE = 2.0
 """Within so many half-widths of the instability region a drive is close to resonance."""
@@ -249,9 +249,9 @@ class InstabilityMargin:
 
 
 def instability_margin(model: AutoparametricModel, torque: float) -> InstabilityMargin:
-    """Relatively nearest instability region of a torque [N m] that has acted for `BUILD_UP`."""
+    """Relatively nearest instability region of a steady torque [N m], without damping after `BUILD_UP`."""
     c = averaged_coefficients(model, torque=torque, drift=False)
-    reached = float(pulley_amplitude(c, BUILD_UP))
+    reached = float(pulley_amplitude(c) if model.modal_damping else pulley_amplitude(c, BUILD_UP))
     amplitude = min(reached, model.slack_amplitude)  # where slack ends it
     distances = np.abs(c.transverse_detuning + (c.pump * amplitude) ** 2 / (2.0 * c.forcing))
     widths = instability_half_width(c, amplitude)

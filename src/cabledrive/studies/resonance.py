@@ -10,6 +10,7 @@ import numpy as np
 from cabledrive.mechanics.datasheet import elastic_range, largest_pretension, sags, warnings_of_rest
 from cabledrive.mechanics.holding import motor_condition
 from cabledrive.mechanics.network.span_table import strained
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal.tuning import (
     at_pretensions,
     pulley_mode,
@@ -55,6 +56,16 @@ SLACK_SHARE = 0.01
 GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
 
 
+PARTED = "maps and branches take one tension in a section, of which hanging carriages part two here"
+UNEVEN = 1e-3
+
+
+def uneven(drive: Drive) -> bool:
+    """Whether a hanging carriage parts two tensions, by more than a share: its section is no even string."""
+    means = [[own.mean_tension for own in section.stretches] for section in rest_state(drive).sections]
+    return any(max(own) > (1.0 + UNEVEN) * min(own) for own in means)
+
+
 def default_torque(drive: Drive) -> float:
     """Torque where nobody states one: the motor's limit, else a hundredth of the slack torque [N m]."""
     limit = drive.motor.torque_limit if drive.motor is not None else None
@@ -96,11 +107,16 @@ def resonance(
         If a span hangs slack at rest.
     """
     own, stated = machine.two_pulleys, machine.excitation
-    if load_torque and own is not None and sags(own):
-        raise InputRefused("load_torque is for a straight cable, and a span sags: see `check`; leave it out")
-    if not load_torque and (own is None or sags(own) or (stated and stated.orders)):
+    beyond = own is not None and (sags(own) or uneven(own))
+    if load_torque and beyond:
+        raise InputRefused(
+            "load_torque is for straight sections of one tension, and a span sags, or a hanging carriage "
+            "parts two tensions: see `check`; leave it out"
+        )
+    if not load_torque and (own is None or beyond or (stated and stated.orders)):
         found = resonance_of_pairs(machine.whole, torque, details=details)
-        return replace(found, left_out=(*found.left_out, *warnings_of_rest(machine.whole)))
+        parted = (PARTED,) if own is not None and uneven(own) else ()
+        return replace(found, left_out=(*found.left_out, *warnings_of_rest(machine.whole), *parted))
     drive = two_pulleys_of(machine, "`resonance` under a load torque")
     most = drive.load_pulley.radius * largest_pretension(drive)
     if not abs(load_torque) <= most:
