@@ -117,8 +117,8 @@ def _common(fit: TonesFit) -> int:
 
 
 def _share(fit: TonesFit) -> float:
-    """Power of the first family that decays, over all that decays and over that of the family."""
-    power, own = fit.amplitude**2, fit.tones.family == 0
+    """Power of a string that decays, its overtones included, over all that decays and over that of it."""
+    power, own = fit.amplitude**2, fit.tones.number > 0
     falling = power * fit.decays
     return float(falling[own].sum() / max(falling.sum(), power[own].sum()))
 
