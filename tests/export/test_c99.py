@@ -128,6 +128,15 @@ def test_readings_that_are_no_numbers_hold_the_last_command(package):
 
 
 @needs_cc
+def test_a_plant_that_is_whole_samples_late_passes_its_self_test(tmp_path):
+    drive = replace(DRIVE, sensors=replace(DRIVE.sensors, delay=1e-3))
+    cd.export_to(tmp_path / "c", drive, "c99", controller="pd", what="plant")
+    done = checked(tmp_path / "c", "-O2", "-fsanitize=undefined,float-divide-by-zero", *WARNINGS)
+    assert done.returncode == 0, done.stdout
+    assert done.stderr == ""
+
+
+@needs_cc
 @pytest.mark.parametrize("bits", [16, 32])
 def test_counters_wrap_in_both_directions(package, bits):
     law = Law(package)
@@ -136,11 +145,24 @@ def test_counters_wrap_in_both_directions(package, bits):
     law.library.cd_encoders_init(encoders)
     top = 2**bits
     counts = source_of("darc-4").law.counts
-    for place, expected in ((top - 3, top - 3), (2, top + 2), (top - 1, top - 1), (top // 2, top // 2)):
+    for place, expected in ((top - 3, 0), (2, 5), (top - 1, 2), (top // 2, 3 - top // 2)):
         read(encoders, (word * 3)(place, 0, place), y)
         assert y[0] == counts[0] * expected
         assert y[1] == 0.0
         assert y[2] == counts[2] * expected
+
+
+@needs_cc
+def test_a_counter_just_below_zero_costs_single_precision_no_count(tmp_path):
+    """An angle of 2**32 counts is known to 256 of them in a float: the torque went to its limit."""
+    law = differenced(source_of("pd").law)
+    write_folder(tmp_path / "law", controller_package(replace(source_of("pd"), law=law), 1e-3))
+    library = Law(tmp_path / "law").library
+    for begin in (0, 2**32 - 5, 2**31 + 12345):
+        encoders, y = (ctypes.c_uint64 * 20)(), (ctypes.c_float * 3)()
+        for moved in (0, 1, 7, -2, 40000):
+            library.cd_read32(encoders, (ctypes.c_uint32 * 3)(*[(begin + moved) % 2**32] * 3), y)
+            assert list(y) == [np.float32(count) * np.float32(moved) for count in law.counts]
 
 
 @needs_cc

@@ -14,7 +14,7 @@ from cabledrive.rig.closed_loop.chain_plant import chain_numbers
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS
-from cabledrive.rig.plant_samples import Disturbances, load_disturbances, with_disturbances
+from cabledrive.rig.plant_samples import Disturbances, disturbed_loop, load_disturbances, with_disturbances
 from control_chains import INTERVAL, model, states_of
 from rig_runs import track
 from true_plants import followed, truth_of
@@ -28,6 +28,17 @@ CHAIN = replace(model(4), coulomb=(0.0,) * 3, offsets=(0.0,) * 3)
 
 def with_motor(**values):
     return replace(DRIVE, motor=replace(DRIVE.motor, **values))
+
+
+@pytest.mark.parametrize("delay, whole, rest", [(1e-3, 5, 0.0), (1.2e-3, 6, 0.0), (0.3e-3, 1, 1e-4)])
+def test_a_delay_of_whole_samples_leaves_no_rest(delay, whole, rest):
+    """By its digits 1 ms of 0.2 ms is 4 samples and nearly one, to which nothing could be added."""
+    drive = replace(DRIVE, sensors=replace(DRIVE.sensors, delay=delay))
+    spec = DesignSpec(drive, SHORT, options=IDEAL)
+    loop = close_loop(spec, CONTROLLERS["pd"](replace(spec, bandwidth=10.0)), np.random.default_rng(0))
+    assert (loop.rig.late_samples, loop.rig.late_part) == (whole, pytest.approx(rest, rel=1e-9, abs=0.0))
+    later = disturbed_loop(loop, Disturbances(added_delay=(5e-5, 5e-5)), np.random.default_rng(0))
+    assert later.rig.late_part == pytest.approx(rest + 5e-5)
 
 
 def test_motion_with_backlash_converges_with_the_internal_step(measured):

@@ -11,7 +11,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
 from cabledrive.reduction.fast_simulation import COLUMN, FastScheme, simulate_fast
-from cabledrive.reduction.threshold import CLOSE, instability_margin
+from cabledrive.reduction.threshold import CLOSE, instability_margin, threshold_torque
 from cabledrive.report.map_page import resonance_map_page, spot_check_line
 from cabledrive.simulation import Pluck, Recording, Scheme, Start
 from cabledrive.simulation.signals import Sine
@@ -203,6 +203,19 @@ def test_a_map_reaches_a_quarter_beyond_the_pretension_of_tuning_and_the_own_one
     drive = replace(damped(2.0, 5.0), cable=replace(damped(2.0, 5.0).cable, pretension=5.0))
     found = growth_map(drive, torque=0.02, torques=[0.02], duration=0.05)
     assert found.pretension[[0, -1]] == pytest.approx([3.28377 / 1.25, 5.0 * 1.25], rel=1e-5)
+
+
+@pytest.mark.parametrize("name, tuned", [("linear-axis", 987.189), ("printer-belt", 9.52219)])
+def test_a_map_of_three_sections_grows_above_the_threshold_of_the_nearest(name, tuned):
+    """A carriage parts a span; the map of such a drive ended in a traceback."""
+    drive = cd.load_drive(name)
+    model = autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned)))
+    assert model.coupling.size == 3
+    threshold = float(threshold_torque(model))
+    found = growth_map(drive, torque=1.0, pretensions=[tuned], torques=[0.5 * threshold, 2.0 * threshold])
+    assert found.threshold == pytest.approx([threshold], rel=1e-3)
+    assert found.growth[0, 0] == pytest.approx(1.0, abs=1e-3)
+    assert found.growth[1, 0] > 2.0
 
 
 def test_exact_loop_agrees_with_the_map_at_random_points():

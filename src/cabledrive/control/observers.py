@@ -47,6 +47,7 @@ SETTLED = 1e-7
 """Change of the gains in a hundred samples, over the largest, at which the recursion ends."""
 ROUND_OFF = 1e-7
 """Residual of a Riccati equation over its largest term, above which its solution is none."""
+ALIKE = 1e-9  # samples by which times differ that round-off alone parts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +74,13 @@ class Sampling:
     interval: float  # sample time [s]
     delay: float = 0.0  # from sampling to torque [s]
     current_rate: float = 0.0  # bandwidth of the torque loop [rad/s]; 0: none, torque is the command
+
+    @property
+    def late(self) -> tuple[int, float]:
+        """Whole samples of the delay, and the rest [s]: 1 ms of 0.2 ms are 5 and none, by its digits 4."""
+        whole = int(self.delay / self.interval + ALIKE)
+        rest = self.delay - whole * self.interval
+        return whole, rest if rest > ALIKE * self.interval else 0.0
 
 
 def kalman_filter(
@@ -138,7 +146,7 @@ def kalman_filter(
 def between_samples(system: Array, column: Array, sampling: Sampling) -> tuple[Array, Array, Array]:
     """Transition, inputs by torque, older and newer command, load, and the current loop's factors."""
     n, w = system.shape[0], sampling.current_rate
-    late = sampling.delay % sampling.interval
+    late = sampling.late[1]
     full = np.zeros((n + 2, n + 2))  # states, shaft torque, command
     full[:n, :n], full[:n, n] = system, column
     if w > 0.0:

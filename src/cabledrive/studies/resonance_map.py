@@ -4,8 +4,8 @@ Where both spans are tuned alike the branches are known in closed form, see `cab
 Under a steady load one span alone still has the closed form; both together are followed by continuation.
 """
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -149,13 +149,12 @@ def _nearest_two(model: AutoparametricModel) -> AutoparametricModel:
         return model
     c = averaged_coefficients(model, torque=1.0, drift=False)
     order = np.argsort(np.abs(c.transverse_detuning) / np.abs(c.pump))[:2]
-    names = ("transverse", "transverse_mass", "coupling", "uneven", "tension_offset")
-    return replace(
-        model,
-        modes=tuple(model.modes[i] for i in order),
-        stiffening=model.stiffening[np.ix_(order, order)],
-        **{name: getattr(model, name)[order] for name in names},
-    )
+    rows = {own.name: getattr(model, own.name) for own in fields(model)}
+    kept: dict[str, Any] = {
+        name: row[order] for name, row in rows.items() if isinstance(row, np.ndarray) and row.ndim == 1
+    }
+    kept["stiffening"] = model.stiffening[np.ix_(order, order)]
+    return replace(model, modes=tuple(model.modes[i] for i in order), **kept)
 
 
 class SpotCheck(NamedTuple):

@@ -153,16 +153,20 @@ def excess(prepared: PreparedRecording, fit: TonesFit, family: int) -> float:
 def _tones(prepared: PreparedRecording, families: tuple[Family, ...]) -> Tones:
     """The tones to begin with: modes that have a peak, and the loudest peaks that belong to none."""
     rows, explained = [], np.zeros(prepared.peaks.frequency.size, dtype=bool)
+    overtone = np.zeros(explained.size, dtype=np.intp)  # its number above `PARTIALS`, 0 where it is none
     for place, (span, factor) in enumerate(families):
         teeth = prepared.factor * prepared.teeth[span]
         taken = matched(prepared.peaks, factor * teeth)
-        taken = np.where((taken >= 0) & prepared.falling[taken], taken, -1)[:PARTIALS]
-        explained[taken[taken >= 0]] = True
+        taken = np.where((taken >= 0) & prepared.falling[taken], taken, -1)
+        if len(families) == 1:  # the many modes of two families lie near any tone
+            above = np.flatnonzero(taken[PARTIALS:] >= 0) + PARTIALS
+            overtone[taken[above]] = above + 1
+        explained[taken[:PARTIALS][taken[:PARTIALS] >= 0]] = True
         rows += [(place, teeth[k], k + 1) for k in range(PARTIALS) if taken[k] >= 0]
     others = np.flatnonzero(~explained)
     others = others[np.argsort(prepared.peaks.amplitude[others])[::-1][:MOST_OTHERS]]
     scale = [factor for _, factor in families] + [1.0] * others.size
-    rows += [(len(families) + k, prepared.peaks.frequency[p], 0) for k, p in enumerate(others)]
+    rows += [(len(families) + k, prepared.peaks.frequency[p], overtone[p]) for k, p in enumerate(others)]
     family, tooth, number = zip(*rows, strict=True)
     return Tones(
         family=np.array(family, dtype=np.intp),

@@ -117,8 +117,8 @@ def _common(fit: TonesFit) -> int:
 
 
 def _share(fit: TonesFit) -> float:
-    """Power of the first family that decays, over all that decays and over that of the family."""
-    power, own = fit.amplitude**2, fit.tones.family == 0
+    """Power of a string that decays, its overtones included, over all that decays and over that of it."""
+    power, own = fit.amplitude**2, fit.tones.number > 0
     falling = power * fit.decays
     return float(falling[own].sum() / max(falling.sum(), power[own].sum()))
 
@@ -221,7 +221,8 @@ def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
     rest, rigidity = statics_of(machine).stretches[number], rope.axial_rigidity
     places = (0.0, *sorted(at for at, _ in own))
     pieces = [piece for piece, at in zip(rest, places, strict=True) if start <= at < end]
-    known = 0.5 * (pieces[0].tensions[0] + pieces[-1].tensions[1])
+    ends = pieces[0].tensions[0], pieces[-1].tensions[1]
+    known, hung = 0.5 * (ends[0] + ends[1]), 0.5 * abs(ends[1] - ends[0])  # of a rope by its weight
     # as the file has the length: between pulleys, or cut and stretched
     strain = (rope.pretension or 0.0) / rigidity if getattr(drive.layout, "span_length", None) else None
     length = (end - start) / (1.0 + (strain or 0.0))
@@ -231,7 +232,8 @@ def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
         stretch, wave = 1.0 + tension / rigidity, rope.wave_speed(tension)
         longer = 1.0 if strain is None else stretch / (1.0 + strain)
         if not loads:
-            return (wave**2 - speed**2) / wave / (2.0 * longer * (end - start)) * np.arange(1.0, count + 1.0)
+            first = (wave**2 - speed**2) / wave / (2.0 * longer * (end - start))
+            return first * _heavy_string(count, hung / tension)
         chain = Chain(
             rigidity=tension / stretch,
             density=rope.density,
@@ -273,6 +275,18 @@ def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
             else _in_plane(drive, span, (first * stiff)[:PARTIALS])
         ),
     )
+
+
+def _heavy_string(count: int, share: float) -> Array:
+    """First frequencies of a string whose tension falls along it from 1 + ``share`` to 1 - ``share``.
+
+    Over the first where it is 1 all along; by Ritz from half sines.
+    """
+    number = np.arange(1.0, count + 17.0)
+    apart, sums = np.abs(number[:, None] - number), number[:, None] + number
+    coupled = sum((1.0 - (-1.0) ** k) / np.maximum(np.pi * k, 1.0) ** 2 for k in (apart, sums))
+    stiffness = np.outer(number, number) * (np.eye(number.size) + 2.0 * share * coupled)
+    return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(stiffness)[:count], 0.0)))
 
 
 def _stiffened(drive: Machine, span: str, share: tuple[float, float], strings: Array) -> Array:

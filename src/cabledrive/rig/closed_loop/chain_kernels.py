@@ -307,11 +307,10 @@ def move(
     time: float,
 ) -> None:
     """Move the chain on under a command that changes by ``turning`` a second."""
-    if time <= 0.0:  # jitter may take the next sample before this command acts
-        return
-    x, n = s.x, p.inertia.size
     steps = int(time / p.step + 1.0 - 1e-9)
-    h = time / steps
+    if steps < 1:  # jitter may take the next sample before this command acts
+        return
+    x, n, h = s.x, p.inertia.size, time / steps
     keep, mean = 0.0, 0.0
     if p.current_rate > 0.0:
         keep = exp(-p.current_rate * h)

@@ -128,7 +128,7 @@ def close_loop(
     own = controller.filter_model if not options.ideal_sensors and options.observer == "kalman" else None
     design = controller.filter_chain or controllers.plant_chain(spec.drive, own or highest_model(spec.drive))
     rate = setting.current_rate(plant_drive)
-    delay = setting.control_delay(plant_drive)
+    late_samples, late_part = spec.sampling.late
     fitted = controllers.fitted_encoders(plant_drive, None if own is None else controller.shafts)
     shafts, counts = tuple(fitted), np.array(list(fitted.values()))
     samples = len(controller.reference)
@@ -149,8 +149,8 @@ def close_loop(
         counts=np.zeros(len(counts)) if options.ideal_sensors else counts,
         phases=phases,
         torque_limit=inf if stepper else setting.torque_limit(plant_drive),
-        late_samples=int(delay // interval),
-        late_part=float(delay % interval),
+        late_samples=late_samples,
+        late_part=late_part,
         jitter=np.clip(jitter, -0.4 * interval, 0.4 * interval),
         forces=setting.stepped_in(options.disturbances, ("motor", "load"), interval, samples),
         first_end=round(2.0 * (motion.rise + motion.dwell) / interval),
