@@ -138,10 +138,9 @@ class Rope:
             while layer < 0.5 * self.length:
                 marks |= {layer / self.length, 1.0 - layer / self.length}
                 layer = 2.0 * layer + first
-        lowest = self.vanishes.real / self.length  # where the tension is, if it is inside
-        marks |= {lowest} if 0.0 < lowest < 1.0 else set()
         if np.isfinite(self.vanishes):  # at most doubled from place to place, where it is |x - vanishes|
-            near = max(abs(self.vanishes.imag) / self.length, 1e-9)
+            lowest, near = self.vanishes.real / self.length, max(abs(self.vanishes.imag) / self.length, 1e-9)
+            marks |= {lowest} if near < lowest < 1.0 - near else set()
             for a, b in pairwise(sorted(marks)):
                 steep = np.arcsinh((np.array((a, b)) - lowest) / near)
                 steps = ceil(float(steep[1] - steep[0]) / log(STEEPER))
