@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 from harness import duration, side_by_side, table
-from plain_chain import LOOPS, InC, InNumpy, InNumpyByParts, compiled
+from plain_chain import LOOPS, InC, InNumpy, InNumpyByParts, compiled, once_each
 
 import cabledrive as cd
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
@@ -19,6 +19,7 @@ DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cab
 TORQUE = Sine(amplitude=0.02, frequency=81.6)
 IN_PLANE = (Pluck(height=1e-3, shape="half-sine"),)
 CARRIAGE = replace(DRIVE, carriage=(cd.Carriage(mass=2e-3, position=0.31),))
+WEIGHTLESS = replace(DRIVE, layout=replace(DRIVE.layout, gravity=0.0))
 DAMPED = cd.load_drive(
     "dissertation-2",
     overrides=["cable.pretension=3.26", "cable.transverse_damping=2", "cable.axial_damping=0.003"],
@@ -40,7 +41,7 @@ def report() -> str:
         "0.9. The C loop keeps no record, energy, extreme or slack; it was compiled with `gcc -O3 -march=native "
         f"-ffast-math`, which vectorised {vectorised} of its {LOOPS} loops. In the plane of the pulleys "
         "the kernel leaves out v, which stays exactly zero; the C loop does not. The last column is the difference "
-        "of displacements after some thousand steps. Targets: C at least 1.0 times the kernel, numpy 100 "
+        "of displacements after some thousand steps without weight, by which the spans of the kernel hang. Targets: C at least 1.0 times the kernel, numpy 100 "
         "times, axial damping at most 3 (n = 100) and 4 (n = 1000), energy-conserving 2.3."
     )
     columns = ["n", "motion", "contestant", "time per step", "times the kernel", "difference"]
@@ -70,7 +71,8 @@ def compared(library, segments: int, name: str, plucks):
     if segments == 100 and plucks is IN_PLANE:
         contestants["numpy, by parts"] = InNumpyByParts(case)
         contestants["numpy, in one array"] = InNumpy(case)
-    error = difference(case, InC(library, case), 2 * steps)
+    weightless = prepared(segments, plucks, "verlet", 1e3, WEIGHTLESS)
+    error = difference(weightless, InC(library, weightless), 2 * steps)
     times = side_by_side({key: partial(run, steps) for key, run in contestants.items()})
     ours = times["kernel, records at 1 kHz"]
     for key, timing in times.items():
@@ -91,9 +93,8 @@ def difference(case: RopeRun, in_c: InC, steps: int) -> float:
     ours = Integrated(case)
     ours(steps)
     in_c(steps)
-    return max(
-        float(np.max(np.abs(ours.state.x[k] - in_c.rows[k])) / np.max(np.abs(in_c.rows[k]))) for k in (0, 2)
-    )
+    x = once_each(case, ours.state.x)
+    return max(float(np.max(np.abs(x[k] - in_c.rows[k])) / np.max(np.abs(in_c.rows[k]))) for k in (0, 2))
 
 
 class Integrated:

@@ -65,7 +65,7 @@ def row(name: str, drive: cd.Drive, determinant, modes: int) -> tuple:
     points = fine_enough(listed, top)
     times = side_by_side(
         {
-            "ours": partial(cd.natural_frequencies, drive, below=top / (2 * pi)),
+            "ours": partial(cd.natural_frequencies, drive, below=top / (2 * pi), taut=True),
             "scan": partial(scan, determinant, top, points),
             "settled": partial(halved_until_settled, determinant, top),
         }

@@ -39,7 +39,7 @@ def compared(name: str, drive: cd.Drive, modes: int):
     exact = cd.natural_frequencies(drive, count=modes, taut=True)[:modes]
     shift = -0.25 * (2 * pi * exact[0]) ** 2
     meshes = {degree: fine_enough(ring, exact, degree, shift) for degree in DEGREES}
-    contestants = {"cabledrive": partial(cd.natural_frequencies, drive, count=modes)}
+    contestants = {"cabledrive": partial(cd.natural_frequencies, drive, count=modes, taut=True)}
     for degree, elements in meshes.items():
         contestants[DEGREES[degree]] = partial(frequencies, ring, modes, elements, degree, shift)
     times = side_by_side(contestants)

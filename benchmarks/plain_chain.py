@@ -34,14 +34,18 @@ def rim_masses(case: RopeRun) -> np.ndarray:
     return np.diag(case.mesh.mass) / [own.radius**2 for own in case.machine.pulley]
 
 
+def once_each(case: RopeRun, nodes: np.ndarray) -> np.ndarray:
+    """Nodes of a loop in one row, shape (..., 2 n + 1): the load pulley ends one span and begins the other."""
+    return np.ascontiguousarray(np.delete(nodes, case.mesh.nodes[1, 0], axis=-1))
+
+
 class InC:
     """Integrate of the C loop from the start of a case."""
 
     def __init__(self, library: ctypes.CDLL, case: RopeRun):
         state = case.first_state()
-        last = case.mesh.spacing.size
-        self.rows = [*(np.array(row) for row in state.x), *(np.array(row) for row in state.x_t)]
-        self.rows += [np.zeros(last) for _ in range(3)]
+        self.rows = [*once_each(case, state.x), *once_each(case, state.x_t)]
+        self.rows += [np.zeros(self.rows[0].size - 1) for _ in range(3)]
         drive, masses = case.machine, rim_masses(case)
         numbers = [
             case.mesh.spacing[0],
@@ -70,8 +74,8 @@ class InNumpy:
     def __init__(self, case: RopeRun):
         state, mesh = case.first_state(), case.mesh
         self.x, self.x_t, self.law, self.h, self.dt = (
-            state.x,
-            state.x_t,
+            once_each(case, state.x),
+            once_each(case, state.x_t),
             case.laws[0],
             mesh.spacing[0],
             case.grid.step,
@@ -79,8 +83,8 @@ class InNumpy:
         damped = 0.5 * self.dt * case.machine.cable.transverse_damping
         self.keep = np.array([1.0, *[(1.0 - damped) / (1.0 + damped)] * 2])[:, None]
         self.kick = np.array([1.0, *[1.0 / (1.0 + damped)] * 2])[:, None] * self.dt / mesh.cells[1]
-        self.fall = np.zeros((3, mesh.size - 2))
-        self.fall[2] = self.kick[2] * case.plan.node[WEIGHT_W, 1:-1]
+        self.fall = np.zeros((3, self.x.shape[1] - 2))
+        self.fall[2] = self.kick[2] * once_each(case, case.plan.node[WEIGHT_W])[1:-1]
         self.n, self.masses = mesh.nodes[0, 1], rim_masses(case)
         self.torque, self.radius, self.steps = case.torques[0], case.machine.drive_pulley.radius, 0
 
