@@ -11,6 +11,8 @@ from cabledrive.mechanics import derived_quantities, rest_state
 from cabledrive.parameters import Carriage, Motor
 from cabledrive.parameters.route.two_pulleys import in_machine, two_pulleys_of
 from cabledrive.reduction.fast_simulation import simulate_fast
+from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.simulation import Sine
 from cabledrive.studies.resonance import resonance
 from command import refused
@@ -118,6 +120,14 @@ def test_closed_forms_are_those_of_the_file_of_two_pulleys(name, way):
     values = [[getattr(one, key) or 0.0 for key in figures] for one in found]
     np.testing.assert_allclose(*values, rtol=1e-6)
     assert found[0].verdict == found[1].verdict
+
+
+def test_an_axis_whose_heavy_cable_is_no_chain_of_the_network_is_that_of_its_two_pulleys():
+    drive = uneven()
+    bare = replace(drive, carriage=(), cable=replace(drive.cable, mass_per_length=0.05))
+    machine = elsewhere(bare, *WAYS[2])
+    frequencies = [natural_frequencies_of(lumped_model(as_axis(one))) for one in (bare, machine)]
+    np.testing.assert_allclose(*frequencies, rtol=1e-12)
 
 
 def test_the_fast_model_runs_it():

@@ -36,7 +36,7 @@ class NoChain(InputRefused):
 def as_axis(drive: Machine, axis: str | None = None) -> Drive:
     """A drive for control: itself, or the axis of a machine with routes whose load is named, as "head.x".
 
-    Without a name the first axis that is a chain. Refused: no such axis, a load not at the end of it.
+    Without a name the first that is a chain, else its two pulleys. Refused: none, or its load not at its end.
     """
     if isinstance(drive, Drive):
         if axis not in (None, drive.axis.load):
@@ -58,6 +58,8 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
             raise NoChain(f"no lumped chain: {chosen.refusal}")
         return axis_drive(chosen)
     except InputRefused as refusal:
+        if axis is None and drive.two_pulleys is not None:  # whose chains leave a heavy cable out
+            return drive.two_pulleys
         raise type(refusal)(f'kind = "route": {refusal}') from None
 
 

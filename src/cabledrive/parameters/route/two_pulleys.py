@@ -80,8 +80,7 @@ def two_pulleys_of(drive: Machine, what: str, *, chains: bool = False) -> Drive:
             return in_machine(drive)
         if chains or not drive.chain_of:
             return drive
-        load = drive.axis.load
-        raise InputRefused(f"the axis of {load} is a lumped chain: give its machine, or take a lumped plant")
+        raise InputRefused(f"{drive.axis.load} is of a lumped chain: give its machine, or a lumped plant")
     except InputRefused as refusal:
         raise InputRefused(f"{what} takes one cable between two pulleys: {refusal}") from None
 
