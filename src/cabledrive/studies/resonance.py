@@ -110,8 +110,8 @@ def resonance(
     beyond = own is not None and (sags(own) or uneven(own))
     if load_torque and beyond:
         raise InputRefused(
-            "load_torque is for straight sections of one tension, and a span sags, or a hanging carriage "
-            "parts two tensions: see `check`; leave it out"
+            "load_torque is for a straight cable of one tension a section, and a span sags, or a hanging "
+            "carriage parts two tensions: see `check`; leave it out"
         )
     if not load_torque and (own is None or beyond or (stated and stated.orders)):
         found = resonance_of_pairs(machine.whole, torque, details=details)
