@@ -157,7 +157,7 @@ def modal_damping(network: Network, squares: Array, shapes: Array) -> Array:
 
 
 def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
-    """Torque on each pulley that a run turns, force or torque on each move of a body: rows, names with units."""
+    """Torque on what a run turns, force or torque on each move of a body: rows and names with units."""
     drive, motion = network.drive, network.motion
     driven = [number for number in drive.turned if not drive.pulley[number].fixed]
     rows: list[Row | str] = [rotor_turn(motion, number) for number in driven]
@@ -168,5 +168,5 @@ def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
             turns = not slides(f".{move}")
             names.append((f"{body.name}.{move}_{'torque' if turns else 'force'}", "N.m" if turns else "N"))
     if not rows:
-        raise InputRefused("the machine has no pulley that a torque turns and no body that moves: nothing can drive it")
+        raise InputRefused("no pulley turns by a torque and no body moves: nothing can drive the machine")
     return motion.dense(*rows), tuple(names)
