@@ -76,8 +76,11 @@ class Record:
 
     def begun(self, samples: int) -> "Record":
         """The first samples; where a chirp starts slowly, up to half of what its output changes in all."""
-        passed = np.cumsum(np.square(np.diff(self.output, axis=0)).sum(axis=1))
-        if samples < passed.size and passed[samples] / samples < HALF * passed[-1] / passed.size:
+        if samples + 1 >= self.input.size:
+            return self
+        smooth = zero_phase(self.output, self.interval, 0.05 / self.interval)  # noise counts in every sample
+        passed = np.cumsum(np.square(np.diff(smooth, axis=0)).sum(axis=1))
+        if passed[samples] / samples < HALF * passed[-1] / passed.size:
             samples = int(np.searchsorted(passed, HALF * passed[-1])) + 1
         return replace(self, input=self.input[:samples], output=self.output[:samples])
 
