@@ -257,6 +257,50 @@ def test_a_loop_that_the_fast_model_does_not_fit_is_written_as_linear_modes(name
     assert any(one.name == "carriage_0_along_position" for one in block.variables) is not rubs
 
 
+def test_the_cable_of_a_machine_without_a_motor_is_turned_where_a_run_turns_it(measured):
+    drive, torque, samples = cd.load_drive("serpentine"), 0.5, 40
+    cable = modal_cable(replace(drive, sensors=cd.Sensors(sample_rate=20e3)))
+    assert cable.inputs == (("crank_torque", "N.m"), ("arm.turn_torque", "N.m"))
+    state, tensions = new_stretch_state(cable.numbers), np.zeros(len(cable.spans))
+    places, speeds = np.zeros((2, len(cable.motions)))
+    for _ in range(samples):
+        cable_step(cable.numbers, state, np.array([torque, 0.0]), tensions)
+    cable_motion(cable.numbers, state, places, speeds)
+    run = cd.simulate(drive, samples * cable.interval, torque=torque)
+    exact = np.array(
+        [run.rows[-1, [one.name for one in run.channels].index(name)] for name, _ in cable.motions]
+    )
+    gap = float(np.abs(places - exact).max() / np.abs(exact).max())
+    measured(f"angles within {100 * gap:.2g} % of the nonlinear run")
+    assert gap < 0.02, f"observed {gap}"
+
+
+def test_the_tension_of_a_hanging_span_is_called_the_least_at_rest():
+    """Of 40 m of rope the mean is 22 N above it; the spans of the fast model have one tension."""
+    hanging, straight = (cable_block(cd.load_drive(name)) for name in ("lift-2-to-1", "dissertation-1"))
+    words = [
+        {one.about for one in block.variables if one.name.endswith("_tension")}
+        for block in (hanging, straight)
+    ]
+    assert words == [{"least tension at rest, and how its mean changed"}, {"mean tension of the span"}]
+    at_rest = cd.simulate(cd.load_drive("lift-2-to-1"), 1e-3)
+    means = [
+        at_rest.rows[0, k]
+        for k, channel in enumerate(at_rest.channels)
+        if channel.name.startswith("mean tension,")
+    ]
+    assert (np.array(means) - hanging.words["cable"].numbers.model.rest > 15.0).all(), f"observed {means}"
+
+
+def test_a_loop_whose_fixed_pulley_nothing_drives_is_refused_by_what_is_missing():
+    drive = cd.load_drive("dissertation-transporter")
+    with pytest.raises(cd.InputRefused, match="no pulley turns by a torque"):
+        modal_cable(replace(drive, pulley=tuple(replace(one, fixed=True) for one in drive.pulley)))
+    with pytest.raises(cd.InputRefused) as refused:
+        modal_cable(replace(drive, pulley=(replace(drive.pulley[0], fixed=True), drive.pulley[1])))
+    assert "motor" not in str(refused.value), f"observed {refused.value}"
+
+
 def test_ropes_that_lose_couple_the_modes_of_a_network(measured):
     """Three inertias on two springs, of which the light cable alone loses, by the matrices of its chain."""
     radius, rigidity, loss, joint, inertias = 0.02, 2e4, 10.0, 16.0, (5e-5, 2e-4, 2e-4)

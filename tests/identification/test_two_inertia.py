@@ -409,3 +409,19 @@ def test_what_the_model_lacks_is_said_and_no_interval_is_given(changes, words):
     (finding,) = found.findings
     assert words in finding, finding
     assert found.refused == (finding.code == "model-misfit")
+
+
+@pytest.mark.parametrize("seconds, top", [(4, 30.0), (8, 30.0), (5, 50.0)])
+def test_a_chirp_that_starts_slowly_gives_all_of_one_side(seconds, top, measured):
+    """From 0.1 Hz at 2 kHz; its first samples, 1000 and 4000, are without the resonance or full of noise."""
+    time = 5e-4 * np.arange(2000 * seconds)
+    torque = 0.15 * np.sin(2 * pi * (0.1 * time + (top - 0.1) * time**2 / (2 * seconds)))
+    moved = shaken(truth_with(HEAVY | {"d1": TRUE["offset"]}).values, torque, 5e-4, STEP / 2)[:, 5]
+    moved += 0.01 * moved.std() * np.random.default_rng(5).normal(size=time.size)
+    units = {"torque": "N m", "load_velocity": "rad/s"}
+    recorded = log_of(time, {"torque": torque, "load_velocity": moved}, units)
+    found = identify([recorded], IdentifyOptions(model="two-inertia"))
+    off = off_by({name: found.parameters[name].value for name in TRUE})
+    measured(", ".join(f"{name} {gap:+.1%}" for name, gap in off.items()))
+    assert max(abs(off[name]) for name in ("inertia_motor", "inertia_load", "stiffness")) < 0.01, off
+    assert "one-start-only" not in found.codes, found.codes

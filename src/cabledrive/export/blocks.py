@@ -336,12 +336,13 @@ def _variables(cable: ModalCable) -> dict[str, list[Variable]]:
 
     turns = {True: "angle", False: "position"}
     plucked = cable.spans if cable.sine else ()
+    tension = "mean tension of the span" if cable.sine else "least tension at rest, and how its mean changed"
     return {
         "inputs": [given(name(one), unit, one) for one, unit in cable.inputs],
         "plucks": [parameter(f"pluck_{name(s)}", "m", "half sine at the start, in w") for s in plucked],
         "motions": [output(f"{name(one)}_{turns[unit == 'rad']}", unit, one) for one, unit in cable.motions],
         "speeds": [output(f"{name(one)}_speed", f"{u}/s", f"speed of {one}") for one, u in cable.motions],
-        "tensions": [output(f"{name(s)}_tension", "N", "mean tension of the span") for s in cable.spans],
+        "tensions": [output(f"{name(s)}_tension", "N", tension) for s in cable.spans],
         "middles": [output(f"{name(s)}_middle", "m", "displacement of the middle, in w") for s in plucked],
         "holds": [output("holds", "", "1 while the model holds, then 0")],
     }

@@ -43,6 +43,8 @@ FAR, UNMODELLED = 1e3, 2e-4
 SCOUTED, SETTLED = 1000, 4000
 """Samples of each record by which starts, and the fits of the best of them, are compared, in twice as long
 steps as the whole, to which the best is then fitted."""
+HALF = 0.5
+"""Of the changes of the output, squared: in those samples per time, else up to the last of them."""
 FULL = 2
 """Starts that are fitted to more than the first samples."""
 ENOUGH = 1e-6
@@ -73,7 +75,13 @@ class Record:
         return late + smoothing * np.diff(np.pad(late, 1, mode="edge"), 2)
 
     def begun(self, samples: int) -> "Record":
-        """The first samples."""
+        """The first samples; where a chirp starts slowly, up to half of what its output changes in all."""
+        if samples + 1 >= self.input.size:
+            return self
+        smooth = zero_phase(self.output, self.interval, 0.05 / self.interval)  # noise counts in every sample
+        passed = np.cumsum(np.square(np.diff(smooth, axis=0)).sum(axis=1))
+        if passed[samples] / samples < HALF * passed[-1] / passed.size:
+            samples = int(np.searchsorted(passed, HALF * passed[-1])) + 1
         return replace(self, input=self.input[:samples], output=self.output[:samples])
 
 

@@ -57,7 +57,7 @@ def modal_cable(drive: Machine, sines: int = 8) -> ModalCable:
     loop = drive.two_pulleys if drive.two_pulleys is drive else None  # with the names of its file
     if loop is not None and not misfit(loop):
         return _loop(loop, 1.0 / rate, sines)
-    turns = loop is not None and not loop.load_pulley.fixed
+    turns = loop is not None and not any(pulley.fixed for pulley in loop.pulley)
     return _network(as_machine(loop, loaded=True) if loop and turns else drive.machine, 1.0 / rate)
 
 
@@ -157,9 +157,9 @@ def modal_damping(network: Network, squares: Array, shapes: Array) -> Array:
 
 
 def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
-    """Torque of each motor, force or torque on each move of a body: rows and names with units."""
+    """Torque on what a run turns, force or torque on each move of a body: rows and names with units."""
     drive, motion = network.drive, network.motion
-    driven = drive.driven or drive.stops
+    driven = [number for number in drive.turned if not drive.pulley[number].fixed]
     rows: list[Row | str] = [rotor_turn(motion, number) for number in driven]
     names = [(f"{drive.pulley[number].name}_torque", "N.m") for number in driven]
     for body in drive.body:
@@ -168,5 +168,5 @@ def _inputs(network: Network) -> tuple[Array, tuple[tuple[str, str], ...]]:
             turns = not slides(f".{move}")
             names.append((f"{body.name}.{move}_{'torque' if turns else 'force'}", "N.m" if turns else "N"))
     if not rows:
-        raise InputRefused("the machine has no motor and no body that moves: nothing can drive it")
+        raise InputRefused("no pulley turns by a torque and no body moves: nothing can drive the machine")
     return motion.dense(*rows), tuple(names)

@@ -96,10 +96,12 @@ class Draws:
         """Why there may be no quantile; empty where every run lasted."""
         return early_words(self.errors)
 
-    def rank(self, goal: float) -> tuple[float, float]:
-        """Share of plants outside the goal [rad], then the largest error: smaller is better, no runs last."""
+    def rank(self, goal: float) -> tuple[float, float, float]:
+        """Shares of plants outside the goal [rad] and of early ends, largest error: smaller is better."""
         errors = self.errors
-        return float(np.mean(errors > goal)) if errors.size else inf, float(errors.max(initial=-inf))
+        if not errors.size:
+            return inf, inf, inf
+        return float(np.mean(errors > goal)), float(np.mean(errors == inf)), float(errors.max())
 
 
 def over(loops: Iterable[Loop], threads: int = 2) -> Draws:

@@ -151,11 +151,14 @@ def lost(misses: int, runs: int, plant: str) -> bool:
 
 
 def closest(scores: Sequence[AcceptanceResult]) -> AcceptanceResult | None:
-    """The law with the smallest error, with a goal the largest share first; None: no law has runs."""
+    """The law with the smallest error, with a goal the largest share first; None: no law has runs.
 
-    def rank(one: AcceptanceResult) -> tuple[float, float]:
+    Where no error can be named, the law of which the fewest runs ended early.
+    """
+
+    def rank(one: AcceptanceResult) -> tuple[float, float, float]:
         error = one.reached.error if one.reached else None
-        return -(one.share or 0.0), float("inf") if error is None else error
+        return -(one.share or 0.0), float("inf") if error is None else error, one.failed / one.draws
 
     return min((one for one in scores if one.draws), key=rank, default=None)
 
