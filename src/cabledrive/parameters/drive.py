@@ -82,7 +82,7 @@ class Drive(MachineBase):
     @property
     def whole(self) -> "Machine":
         """Itself, or the machine whose lumped chain it is."""
-        return self.chain_of.machine if self.chain_of else self
+        return self.axis.machine
 
     @property
     def axis(self) -> Axis:

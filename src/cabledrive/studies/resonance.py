@@ -58,6 +58,7 @@ GROWTH_FACTOR, GROWTH_TIME = 10.0, 1.0
 
 PARTED = "maps and branches take one tension in a section, of which hanging carriages part two here"
 UNEVEN = 1e-3
+"""Difference of tensions in a section, relative, up to which it is one string."""
 
 
 def uneven(drive: Drive) -> bool:
