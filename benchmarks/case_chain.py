@@ -41,7 +41,8 @@ def report() -> str:
         "0.9. The C loop keeps no record, energy, extreme or slack; it was compiled with `gcc -O3 -march=native "
         f"-ffast-math`, which vectorised {vectorised} of its {LOOPS} loops. In the plane of the pulleys "
         "the kernel leaves out v, which stays exactly zero; the C loop does not. The last column is the difference "
-        "of displacements after some thousand steps without weight, by which the spans of the kernel hang. Targets: C at least 1.0 times the kernel, numpy 100 "
+        "of displacements after some thousand steps without weight, by which the spans of the kernel hang. "
+        "Targets: C at least 1.0 times the kernel, numpy 100 "
         "times, axial damping at most 3 (n = 100) and 4 (n = 1000), energy-conserving 2.3."
     )
     columns = ["n", "motion", "contestant", "time per step", "times the kernel", "difference"]

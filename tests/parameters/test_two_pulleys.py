@@ -62,7 +62,7 @@ WAYS = [
 ]
 
 
-def uneven(**changes):
+def uneven():
     """A loop on a slope with two carriages and pulleys of two sizes."""
     drive = cd.load_drive("dissertation-2", overrides=["cable.pretension=40 N", "layout.inclination=20 deg"])
     load = replace(drive.load_pulley, radius=0.7 * drive.load_pulley.radius)
@@ -75,7 +75,6 @@ def uneven(**changes):
         pulley=(drive.drive_pulley, load),
         motor=Motor(inertia=2e-4, offset_torque=3e-3, torque_limit=0.05),
         carriage=carriages,
-        **changes,
     )
 
 

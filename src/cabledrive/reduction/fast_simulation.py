@@ -80,9 +80,9 @@ def _result(
 ) -> SimulationResult:
     """A run of the fast model in the form of an exact one, `stopped` set where the model does not hold.
 
-    ``torque``: at the records [N m], and what it and the drive are told by; ``grid``: steps, step [s], steps
-    per record, of which fewer were recorded where an amplitude outgrew the span. The time it took is left to
-    the caller.
+    ``torque``: at the records [N m], its fingerprint and the hash of the drive; ``grid``: steps, step [s],
+    steps per record, of which fewer were recorded where an amplitude outgrew the span. The time it took is
+    left to the caller.
     """
     steps, step, stride = grid
     rows = _rows(drive, model, recorded, torque[0][: len(recorded.along)])

@@ -108,7 +108,8 @@ def resonance(
         If a span hangs slack at rest.
     """
     own, stated = machine.two_pulleys, machine.excitation
-    beyond = own is not None and (sags(own) or uneven(own))
+    parted = own is not None and uneven(own)
+    beyond = parted or (own is not None and sags(own))
     if load_torque and beyond:
         raise InputRefused(
             "load_torque is for a straight cable of one tension a section, and a span sags, or a hanging "
@@ -116,8 +117,8 @@ def resonance(
         )
     if not load_torque and (own is None or beyond or (stated and stated.orders)):
         found = resonance_of_pairs(machine.whole, torque, details=details)
-        parted = (PARTED,) if own is not None and uneven(own) else ()
-        return replace(found, left_out=(*found.left_out, *warnings_of_rest(machine.whole), *parted))
+        more = (*warnings_of_rest(machine.whole), *([PARTED] * parted))
+        return replace(found, left_out=(*found.left_out, *more))
     drive = two_pulleys_of(machine, "`resonance` under a load torque")
     most = drive.load_pulley.radius * largest_pretension(drive)
     if not abs(load_torque) <= most:

@@ -77,7 +77,7 @@ def two_pulleys_of(drive: Machine, what: str, *, chains: bool = False) -> Drive:
     """
     try:
         if isinstance(drive, RoutedDrive):
-            return in_machine(drive)
+            return drive.two_pulleys or in_machine(drive)
         if chains or not drive.chain_of:
             return drive
         raise InputRefused(f"{drive.axis.load} is of a lumped chain: give its machine, or a lumped plant")

@@ -2,8 +2,8 @@
 
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from math import degrees
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.mechanics.rest import sag_of
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.modal.natural import spectrum_of
-from cabledrive.parameters import Cable, InputRefused, NotComputed
+from cabledrive.parameters import Cable, Drive, InputRefused, NotComputed
 from cabledrive.parameters.route import Machine, RoutedDrive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
@@ -144,26 +144,33 @@ def _of_ropes(machine: RoutedDrive, statics: Statics) -> tuple[dict[str, Any], d
     lengths = (machine.route[span.route].ropes * own[-1].end for span, own in both)
     found["cable_mass"] = sum(mass * length for mass, length in zip(masses, lengths, strict=True))
     found["static_sag"] = max(float(np.abs(sag_of(own)[1]).max()) for _, own in both)
+    axis, reason = _first_axis(machine)
+    found["slack_torque"] = axis and axis.axis.words["slack_torque"]
+    return found, why if axis else why | {"slack_torque": reason}
+
+
+@lru_cache(maxsize=8)  # the sheet of a machine and its warnings ask for the same
+def _first_axis(drive: Machine) -> tuple[Drive | None, str]:
+    """The first axis of a machine for control; else None, and why there is none."""
     try:
-        found["slack_torque"] = as_axis(machine).axis.words["slack_torque"]
+        return as_axis(drive), ""
     except (InputRefused, NotComputed) as refusal:
-        found["slack_torque"], why["slack_torque"] = None, str(refusal)
-    return found, why
+        return None, str(refusal)
 
 
 def machine_warnings(drive: Machine) -> tuple[str, ...]:
     """What is likely to be a mistake or a limit, a line each; of routes also motors that slacken an axis."""
-    found = list(drive_warnings(drive))
-    with suppress(InputRefused, NotComputed):  # there is no axis with one chain
-        axis = as_axis(drive)
-        limit, slack = axis.motor and axis.motor.torque_limit, axis.axis.words.get("slack_torque")
-        if limit is not None and slack is not None and limit > slack:
-            found.append(
-                f"the torque limit leaves the motors of {axis.axis.load} {limit:.4g} N m in all, above "
-                f"{slack:.4g} N m, from which a rope of the held axis goes slack: limit the torque, or raise "
-                "the pretension"
-            )
-    return tuple(found)
+    found, (axis, _) = drive_warnings(drive), _first_axis(drive)
+    if axis is None or axis.motor is None:
+        return found
+    limit, slack = axis.motor.torque_limit, axis.axis.words.get("slack_torque")
+    if limit is None or slack is None or limit <= slack:
+        return found
+    return (
+        *found,
+        f"the torque limit leaves the motors of {axis.axis.load} {limit:.4g} N m in all, above {slack:.4g} N "
+        "m, from which a rope of the held axis goes slack: limit the torque, or raise the pretension",
+    )
 
 
 def data_sheet(drive: Machine) -> DataSheet:
