@@ -10,6 +10,7 @@ import xarray
 import cabledrive as cd
 from cabledrive.mechanics import rest_state
 from cabledrive.parameters import load_drive
+from cabledrive.parameters.route import Body
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.machine.data import machine_warnings
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, simulate
@@ -47,12 +48,25 @@ def test_a_response_between_coordinates_that_symmetry_decouples_is_said_to_be_ze
 
 
 def test_a_torque_limit_that_slackens_an_axis_is_warned_of_at_the_closed_form_of_a_loop():
+    """With a mass on a spring of its own beside it the loop is no longer one of two pulleys, but an axis."""
     drive = cd.load_drive("dissertation-3")
     machine, slack = as_routes(drive), 2.0 * drive.drive_pulley.radius * drive.cable.pretension
-    for share in (0.99, 1.01):
-        motor = replace(machine.motor[0], torque_limit=share * slack)
-        lines = machine_warnings(replace(machine, motor=(motor,)))
-        assert any("a rope of the held axis goes slack" in line for line in lines) == (share > 1.0)
+    beside = replace(
+        machine, body=(Body(name="beside", at=(0.0, 0.5), moves=("x",), mass=1.0, stiffness=9e6),)
+    )
+    for own, words in ((machine, "the slack torque 2 r1 T0"), (beside, "a rope of the held axis goes slack")):
+        for share in (0.99, 1.01):
+            motor = replace(machine.motor[0], torque_limit=share * slack)
+            lines = machine_warnings(replace(own, motor=(motor,)))
+            assert [words in line for line in lines].count(True) == (share > 1.0)
+
+
+def test_a_sample_rate_too_low_for_the_chain_of_an_axis_is_warned_of():
+    """Ten samples a cycle of the first mode of the axis of the head of CoreXY."""
+    highest = max(as_axis(cd.load_drive("corexy")).axis.words["frequencies_hz"])
+    for share in (9.9, 10.1):
+        drive = cd.load_drive("corexy", overrides=[f"sensors.sample_rate={share * highest} Hz"])
+        assert any("sensors.sample_rate" in line for line in machine_warnings(drive)) == (share < 10.0)
 
 
 @pytest.mark.parametrize("drive", ["dissertation-3", "linear-axis"])

@@ -287,6 +287,23 @@ def upright(tmp_path, text=UPRIGHT):
     return load_drive(path)
 
 
+def test_the_axis_of_a_carriage_is_followed_alike_on_both_plants_and_from_both_forms_of_file():
+    """A printer's belt in its file of two pulleys: its chain, and on the cable the same within 4e-3."""
+    counts = [f"sensors.{name}_encoder=8192" for name in ("motor", "load")]
+    drive = load_drive("printer-belt", overrides=["sensors.sample_rate=5 kHz", *counts])
+    with pytest.raises(cd.InputRefused, match="name the axis of one"):
+        cd.track(drive, controller="lqi")
+    with pytest.raises(cd.InputRefused, match="no axis of this machine: take carriage 0 along"):
+        as_axis(drive, "head")
+    axis, other = as_axis(drive, "carriage 0 along"), as_axis(drive.machine.plain)
+    assert (axis, axis.axis.words) == (other, other.axis.words)
+    chain, cable = (
+        cd.track(axis, controller="lqi", motion=Motion(angle=0.8, rise=0.06), plant=plant)
+        for plant in (None, "cable")
+    )
+    assert np.abs(cable.load_angle - chain.load_angle).max() < 4e-3 * 0.8
+
+
 def test_what_a_motor_holds_at_rest_is_off_its_limit(tmp_path):
     """m g r of the head; a motor that cannot hold it is refused."""
     weight = (0.9 + 0.04 * 0.01) * 9.81 * 0.015

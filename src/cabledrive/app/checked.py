@@ -8,7 +8,6 @@ from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal.lowest import DERIVED, LOWEST
 from cabledrive.parameters import content_hash
-from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys_of
 from cabledrive.report.blocks import table_text
@@ -56,7 +55,7 @@ def with_margins(answer: Answer, drive: Machine, file: str) -> Answer:
     motion = read_motion(file, drive, torque=False)
     pushed = motion.load_torque is not None
     machine = as_machine(two_pulleys_of(drive, "load_torque"), loaded=True) if pushed else drive.machine
-    along = motion.by_pulley(1.0 if machine is drive else SENSE)
+    along = motion.by_pulley(machine.sense)
     found = motion_margins(machine, along)
     parts = [answer.text, "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)])]
     parts += [table_text(one) for one in margins_tables(found)]

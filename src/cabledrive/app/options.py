@@ -191,7 +191,7 @@ def axis_argument(function: Function, *, winches: bool = False, chainless: bool 
     @option(
         "--axis",
         "NAME",
-        "Axis of a machine with routes: its load, such as head.x of corexy; default: the first that has a "
+        "Axis: its load, such as head.x of corexy; default: the load pulley, of routes the first that has a "
         "chain.",
     )
     @functools.wraps(function)

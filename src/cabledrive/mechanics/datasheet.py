@@ -10,10 +10,11 @@ from cabledrive.answers.figures import figure, rounded
 from cabledrive.answers.result import Result
 from cabledrive.mechanics.holding import lumped_joint_mode, shafts_of
 from cabledrive.mechanics.network.rest_forces import sag_parameter
-from cabledrive.mechanics.network.span_table import ELASTIC_RULE, route_warnings, strained, worn
+from cabledrive.mechanics.network.span_table import ELASTIC_RULE, route_warnings, slipping, strained, worn
+from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
-from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive import PART_NAMES, Drive
 from cabledrive.parameters.fields import described
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
@@ -195,19 +196,20 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
     own = drive.two_pulleys
-    if own is not drive:  # whose lines name the keys of its file
+    if own is None:
         return (*route_warnings(drive.machine), *_rotors(drive))
     sheet = derived_quantities(own)
-    checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _joint, _goal_and_sampling)
+    checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _joint)
     lines = [line for check in checks for line in check(own, sheet)]
-    rated = (own.cable.strength, own.cable.least_radius) != (None, None)
-    return (*lines, *_rotors(own), *(worn(own.machine) if rated else ()))
+    highest = max(sheet.cable_mode_frequency_hz or 0.0, sheet.joint_mode_frequency_hz or 0.0)
+    rest = drive.machine, statics_of(drive.machine, pushes=True)
+    return (*lines, *goal_warnings(own, highest), *_rotors(own), *slipping(*rest), *worn(*rest))
 
 
 def warnings_of_rest(drive: Machine) -> tuple[str, ...]:
     """Warnings that touch what is said of vibrations, a line each: slack at rest, strain and sag."""
     own = drive.two_pulleys
-    if own is not drive:
+    if own is None:
         return tuple(strained(drive.machine))
     sheet = derived_quantities(own)
     return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(own, sheet))
@@ -233,12 +235,12 @@ def _none_is_enough(drive: Drive, needed: float) -> str:
     """Said instead of a pretension beyond the elastic range that the file states; else nothing."""
     if drive.cable.strain_limit is None or needed <= largest_pretension(drive):
         return ""
-    return f"no cable.pretension {elastic_range(drive)} is enough"
+    return f"no pretension {elastic_range(drive)} is enough"
 
 
 def _or_raise(drive: Drive, needed: float) -> str:
     none = _none_is_enough(drive, needed)
-    return f": {none}" if none else f" or raise cable.pretension to {needed:.4g} N"
+    return f": {none}" if none else f" or raise the pretension to {needed:.4g} N"
 
 
 def _static(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
@@ -247,7 +249,7 @@ def _static(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     if lowest <= 0.0:
         yield (
             "a span hangs slack at rest: on this slope cable and carriages take its lower end to "
-            f"{lowest:.4g} N; raise cable.pretension above {drive.cable.pretension - lowest:.4g} N"
+            f"{lowest:.4g} N; raise the pretension above {drive.cable.pretension - lowest:.4g} N"
         )
 
 
@@ -256,10 +258,10 @@ def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     limit = drive.cable.strain_limit or ELASTIC_RULE
     if sheet.prestrain > limit:
         stated = drive.cable.strain_limit is not None
-        origin = "cable.strain_limit" if stated else "a rule of thumb: give cable.strain_limit"
+        origin = "strain_limit" if stated else "a rule of thumb: give strain_limit"
         yield (
             f"the pretension strains the cable by {rounded(100 * sheet.prestrain, 4)}%, beyond {limit:.3%}, "
-            f"its elastic range ({origin}); lower cable.pretension below {largest_pretension(drive):.4g} N "
+            f"its elastic range ({origin}); lower the pretension below {largest_pretension(drive):.4g} N "
             "or take more cable"
         )
 
@@ -270,7 +272,7 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     if max(ratio, irvine) > 1.0:
         pull = max(stretch.mean_tension for stretch in rest_state(drive).stretches)
         straight = pull * max(ratio, irvine ** (1.0 / 3.0))
-        advice = _none_is_enough(drive, straight) or f"a cable.pretension of {straight:.3g} N would be enough"
+        advice = _none_is_enough(drive, straight) or f"a pretension of {straight:.3g} N would be enough"
         yield (
             f"a span sags by {sheet.static_sag:.3g} m, {rounded(100 * sheet.sag_ratio, 3)}% of its length "
             f"(small: {SMALL_SAG:.0%}), Irvine parameter {sheet.irvine_parameter:.3g} "
@@ -286,7 +288,7 @@ def _bends(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     raised = 0.5 * (pi * bent) ** 2 + (2.0 * bent if drive.carriage else 0.0)
     if raised > 1e-4:
         yield (
-            f"cable.bending_stiffness raises a transverse frequency by {raised:.2g} (small: 1e-4): "
+            f"bending_stiffness raises a transverse frequency by {raised:.2g} (small: 1e-4): "
             "modes count it; the data sheet, simulations, internal resonance and pings take a limp cable"
         )
 
@@ -300,29 +302,29 @@ def _torque(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         formula = "2 r1 T0" if drive.closed else "r1 T0"
         needed = drive.cable.pretension * limit / sheet.slack_torque
         yield (
-            f"motor.torque_limit = {limit:.4g} N m is above {sheet.slack_torque:.4g} N m, the slack torque "
-            f"{formula}: a span can go slack; limit the torque{_or_raise(drive, needed)}"
+            f"the motor's torque_limit = {limit:.4g} N m is above {sheet.slack_torque:.4g} N m, the slack "
+            f"torque {formula}: a span can go slack; limit the torque{_or_raise(drive, needed)}"
         )
-    pulleys = zip(drive.pulley, (sheet.no_slip_torque_drive, sheet.no_slip_torque_load), strict=True)
-    for number, (pulley, margin) in enumerate(pulleys):
+    margins = sheet.no_slip_torque_drive, sheet.no_slip_torque_load
+    for name, pulley, margin in zip(PART_NAMES, drive.pulley, margins, strict=False):
         asked = limit * pulley.radius / drive.drive_pulley.radius
         if margin is not None and asked > margin:
             needed = drive.cable.pretension * asked / margin
             yield (
-                f"motor.torque_limit asks {asked:.4g} N m of pulley.{number}, which slips at {margin:.4g} N "
+                f"the motor's torque_limit asks {asked:.4g} N m of the {name}, which slips at {margin:.4g} N "
                 f"m (capstan): limit the torque or wrap further{_or_raise(drive, needed)}"
             )
 
 
 def _light(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A pulley lighter than the cable: the models of springs without mass end there."""
-    for number, (name, ratio) in enumerate((("drive", sheet.chi1), ("load", sheet.chi2))):
+    for name, ratio in zip(PART_NAMES, (sheet.chi1, sheet.chi2), strict=False):
         if ratio is not None and ratio < 1.0:
             rim = ratio * sheet.cable_mass
             yield (
-                f"the {name} pulley is lighter than the cable, J / r^2 = {rim:.3g} kg below "
+                f"the {name} is lighter than the cable, J / r^2 = {rim:.3g} kg below "
                 f"{sheet.cable_mass:.3g} kg: lumped models of it are rough; use the distributed cable, or "
-                f"check pulley.{number}.inertia"
+                "check its inertia"
             )
 
 
@@ -343,7 +345,7 @@ def _joint(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     if joint is not None and cable is not None and joint < cable:
         yield (
             f"the motor joint's mode, about {joint:.4g} Hz, lies below the cable's, about {cable:.4g} Hz: "
-            "keep the joint in the model, or stiffen motor.joint_stiffness by a factor above "
+            "keep the joint in the model, or raise joint_stiffness by a factor above "
             f"{(cable / joint) ** 2:.3g}"
         )
 
@@ -354,29 +356,30 @@ def _rotors(drive: Machine) -> Iterator[str]:
         reflected = (motor.rotor_inertia or 0.0) * (motor.gear_ratio or 0.0) ** 2
         if reflected > motor.inertia * (1.0 + 1e-9):
             yield (
-                f"the rotor alone is {reflected:.4g} kg m^2 through the gear, above motor.inertia = "
-                f"{motor.inertia:.4g} kg m^2, which should hold it: check motor.inertia, "
-                "motor.rotor_inertia and motor.gear_ratio"
+                f"the rotor alone is {reflected:.4g} kg m^2 through the gear, above the motor's inertia, "
+                f"{motor.inertia:.4g} kg m^2, which should hold it: check inertia, rotor_inertia, gear_ratio"
             )
 
 
-def _goal_and_sampling(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
-    """A tracking goal finer than backlash or encoder at the load; too low a sample rate for the modes."""
+def goal_warnings(drive: Drive, highest: float) -> Iterator[str]:
+    """A tracking goal finer than backlash or encoder at the load; too low a sample rate for the modes.
+
+    ``highest``: frequency of the highest lumped mode [Hz].
+    """
     goal = drive.goal.tracking_error if drive.goal and drive.goal.tracking_error is not None else inf
     asked = f"goal.tracking_error = {degrees(goal):.3g} deg"
     if drive.motor is not None and drive.motor.backlash > goal:
         yield (
-            f"motor.backlash = {degrees(drive.motor.backlash):.3g} deg is above {asked}: the motor does not "
+            f"a backlash of {degrees(drive.motor.backlash):.3g} deg is above {asked}: the motor does not "
             "hold the load that closely; take out the play or relax the goal"
         )
-    count = sheet.load_encoder_resolution
-    if count is not None and count > goal:
+    count = drive.sensors.load_encoder if drive.sensors else None
+    if count is not None and 2.0 * pi / count > goal:
         yield (
-            f"one count of sensors.load_encoder is {degrees(count):.3g} deg, above {asked}: use a finer "
+            f"one count of sensors.load_encoder is {360.0 / count:.3g} deg, above {asked}: use a finer "
             "encoder or relax the goal"
         )
     rate = drive.sensors.sample_rate if drive.sensors else None
-    highest = max(sheet.cable_mode_frequency_hz or 0.0, sheet.joint_mode_frequency_hz or 0.0)
     if rate is not None and rate < SAMPLES_PER_CYCLE * highest:
         yield (
             f"sensors.sample_rate = {rate:.4g} Hz is below {SAMPLES_PER_CYCLE:g} times the highest lumped "

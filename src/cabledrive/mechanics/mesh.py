@@ -26,7 +26,6 @@ from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.rest import statics_under
 from cabledrive.parameters.arrays import Array, Integers
-from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 
@@ -168,7 +167,7 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
     slips = tuple(f"slip at {wrap.name}" for wrap in wraps)
     dragged = half * np.array([[rope.transverse_damping] for rope in ropes])
     damping[0] += np.einsum("ks,ksxi,ksxj->ij", dragged, ends[:, :, 1:], ends[:, :, 1:])
-    shown, turns = _recorded(network.motion.names + slips, drive.angles)
+    shown, turns = _recorded(network.motion.names + slips, drive)
     return Mesh(
         network=network,
         wraps=wraps,
@@ -195,17 +194,17 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
         stiffness=np.pad(network.springs.matrix + network.geometric, padded),
         damping=damping,
         driven=tuple(drive.pulley[number].name for number in drive.turned),
-        motor=(SENSE if drive.angles else 1.0) * np.pad(turns_by_torque(network), ((0, 0), padded)),
+        motor=drive.sense * np.pad(turns_by_torque(network), ((0, 0), padded)),
     )
 
 
-def _recorded(names: tuple[str, ...], angles: Sequence[tuple[str, str]]) -> tuple[tuple[str, ...], Array]:
-    """What records call the coordinates, and those by the coordinates; ``angles``: against their sense."""
-    if not angles:
+def _recorded(names: tuple[str, ...], drive: RoutedDrive) -> tuple[tuple[str, ...], Array]:
+    """What records call the coordinates, and those by the coordinates."""
+    if not (angles := drive.angles):
         return names, np.eye(len(names))
     units = dict(zip(names, np.eye(len(names)), strict=True))
     others = {name: row for name, row in units.items() if name not in dict(angles).values()}
-    rows = [SENSE * units.get(own, np.zeros(len(names))) for _, own in angles]
+    rows = [drive.sense * units.get(own, np.zeros(len(names))) for _, own in angles]
     return (*dict(angles), *others), np.stack([*rows, *others.values()])
 
 

@@ -22,7 +22,6 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 
@@ -129,10 +128,9 @@ def statics_under(machine: RoutedDrive, at_torque: float = 0.0) -> Statics:
 @lru_cache(maxsize=64)
 def _kept_state(machine: RoutedDrive, at_torque: float) -> RestState:
     statics = statics_under(machine, at_torque)
-    torque = -float(sum(statics.torques[i] for i in machine.turned[:1]))
+    torque = -machine.sense * float(sum(statics.torques[i] for i in machine.turned[:1]))
     if machine.angles:  # of two pulleys: in their sense, a line without what stands there
         rope, closed = machine.ropes[0], machine.route[0].closed
-        torque *= SENSE
         torque += 0.0 if closed else machine.pulley[0].radius * (rope.pretension or 0.0)
     return RestState(
         sections=tuple(

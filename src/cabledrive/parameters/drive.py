@@ -85,6 +85,11 @@ class Drive(MachineBase):
         return self.axis.machine
 
     @property
+    def plant(self) -> "Drive":
+        """Itself, which control takes as it stands."""
+        return self
+
+    @property
     def axis(self) -> Axis:
         """The axis that its motor moves: of a machine with routes, or its own load pulley."""
         return self.chain_of or Axis(machine=self, gain=SENSE, words={"motors": {"drive pulley": SENSE}})
@@ -131,50 +136,6 @@ class Drive(MachineBase):
         """Names of the spans: upper and lower of a loop, upper of a line."""
         return ("upper", "lower") if self.closed else ("upper",)
 
-    def carriage_number(self, name: str) -> int | None:
-        """Number of a carriage in the file by its name.
-
-        Parameters
-        ----------
-        name : str
-            Its ``name``, or "carriage 0".
-
-        Returns
-        -------
-        int or None
-            None if there is none of that name.
-        """
-        known = {f"carriage {number}": number for number in range(len(self.carriage))}
-        known |= {carriage.name: number for number, carriage in enumerate(self.carriage) if carriage.name}
-        return known.get(name)
-
-    def moving_with(self, number: int) -> dict[int, int]:
-        """Carriages that move together with one, itself included.
-
-        Parameters
-        ----------
-        number : int
-            Of the carriage in the file.
-
-        Returns
-        -------
-        dict of int to int
-            1 where the position of the carriage of that number grows with the first one's, -1 where it falls.
-        """
-        links = [
-            (own, self.carriage_number(carriage.coupled), carriage.direction)
-            for own, carriage in enumerate(self.carriage)
-            if carriage.coupled
-        ]
-        found, grown = {number: 1}, True
-        while grown:
-            grown = False
-            for own, other, direction in links:
-                for here, there in ((own, other), (other, own)):
-                    if here in found and there is not None and there not in found:
-                        found[there], grown = direction * found[here], True
-        return found
-
     def carriages_on(self, span: str) -> tuple[Carriage, ...]:
         """Carriages of one span, in order from the pulley where it starts.
 
@@ -189,6 +150,30 @@ class Drive(MachineBase):
             Ordered by position.
         """
         return tuple(sorted((c for c in self.carriage if c.span == span), key=lambda c: c.position))
+
+
+def carriage_number(drive: Drive, name: str) -> int | None:
+    """Number of a carriage in the file by its name, or by "carriage 0"; None if there is none."""
+    known = {f"carriage {number}": number for number in range(len(drive.carriage))}
+    known |= {carriage.name: number for number, carriage in enumerate(drive.carriage) if carriage.name}
+    return known.get(name)
+
+
+def moving_with(drive: Drive, number: int) -> dict[int, int]:
+    """Carriages that move with one, itself included: by number 1 where both positions grow, else -1."""
+    links = [
+        (own, carriage_number(drive, carriage.coupled), carriage.direction)
+        for own, carriage in enumerate(drive.carriage)
+        if carriage.coupled
+    ]
+    found, grown = {number: 1}, True
+    while grown:
+        grown = False
+        for own, other, direction in links:
+            for here, there in ((own, other), (other, own)):
+                if here in found and there is not None and there not in found:
+                    found[there], grown = direction * found[here], True
+    return found
 
 
 def _check_carriage(drive: Drive, number: int, carriage: Carriage, seen: dict[Any, int]) -> None:
@@ -221,11 +206,11 @@ def _check_coupling(drive: Drive, number: int, carriage: Carriage) -> None:
             raise InputRefused(f"{said}, the carriage that it moves with: add it, or leave direction out")
         return
     place = f'carriage.{number}.coupled = "{carriage.coupled[:60]}"'
-    other = drive.carriage_number(carriage.coupled)
+    other = carriage_number(drive, carriage.coupled)
     if other is None:
         names = [own.name or f"carriage {n}" for n, own in enumerate(drive.carriage) if n != number]
         raise InputRefused(f"{place} is no carriage of this drive{nearest(carriage.coupled[:60], names)}")
     if other == number:
         raise InputRefused(f"{place} is the carriage itself: name the one that it moves with")
-    if drive.moving_with(number)[other] != carriage.direction:
+    if moving_with(drive, number)[other] != carriage.direction:
         raise InputRefused(f"{place} contradicts another coupling: check the directions")

@@ -8,7 +8,7 @@ from typing import Any
 
 from cabledrive.answers.figures import fields_by_key
 from cabledrive.parameters.cable import cable_types
-from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive import Drive, carriage_number
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.machine import MOST_CARRIAGES, WORDS
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
@@ -188,6 +188,6 @@ def content_hash(drive: Machine) -> str:
             content["machine"] = tables_from_drive(drive.axis.machine, words=False)
         for number, carriage in enumerate(drive.carriage):
             if carriage.coupled:  # by the number of the other one, which a new name does not change
-                content["carriage"][number]["coupled"] = drive.carriage_number(carriage.coupled)
+                content["carriage"][number]["coupled"] = carriage_number(drive, carriage.coupled)
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()

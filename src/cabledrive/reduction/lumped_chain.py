@@ -245,7 +245,7 @@ def _check(drive: Drive, model: int) -> None:
         )
     if drive.carriage:
         said = f"the lumped models do not support carriages, the drive has {len(drive.carriage)}"
-        raise InputRefused(f"{said}: use `study` (guided carriage) or `simulate`")
+        raise InputRefused(f"{said}: name the axis of one, or use `study` (guided carriage) or `simulate`")
     fixed = [name for name, pulley in zip(("drive", "load"), drive.pulley, strict=True) if pulley.fixed]
     if fixed:
         raise InputRefused(

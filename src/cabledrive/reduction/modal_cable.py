@@ -54,7 +54,7 @@ class ModalCable:
 def modal_cable(drive: Machine, sines: int = 8) -> ModalCable:
     """The cable of a drive in modes; ``sines``: across each span of a loop that the fast model fits."""
     rate = (drive.sensors.sample_rate if drive.sensors else None) or DEFAULT_RATE
-    loop = drive.two_pulleys if drive.two_pulleys is drive else None  # with the names of its file
+    loop = drive.plant and drive.plant.two_pulleys  # with the names of its file
     if loop is not None and not misfit(loop):
         return _loop(loop, 1.0 / rate, sines)
     turns = loop is not None and not any(pulley.fixed for pulley in loop.pulley)

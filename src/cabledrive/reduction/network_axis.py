@@ -38,17 +38,15 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
 
     Without a name the first that is a chain, else its two pulleys. Refused: none, or its load not at its end.
     """
-    if isinstance(drive, Drive):
-        if axis not in (None, drive.axis.load):
-            raise InputRefused(f'axis = "{axis[:60]}" is for machines of kind "route": leave it out')
-        return drive
+    if drive.plant is not None and axis in (None, drive.plant.axis.load):
+        return drive.plant
     if axis is None and is_winched(drive):
         raise NoChain(
             'kind = "route": two winches move a body, by one law, and no axis: run `cabledrive track DRIVE '
             "--draws 100` (cd.track); compare, study, export and experiment take an axis that one motor moves"
         )
     try:
-        chains = network_chains(drive.machine)
+        chains = network_chains(drive.machine.plain)
         found = [chain for chain in chains if axis in (None, chain.load)]
         if not found:
             known = ", ".join(chain.load for chain in chains)
@@ -60,7 +58,7 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
     except InputRefused as refusal:
         if axis is None and drive.two_pulleys is not None:  # whose chains leave a heavy cable out
             return drive.two_pulleys
-        raise type(refusal)(f'kind = "route": {refusal}') from None
+        raise type(refusal)(f'kind = "{drive.kind}": {refusal}') from None
 
 
 def axis_drive(chain: NetworkChain) -> Drive:

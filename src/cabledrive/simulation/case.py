@@ -17,7 +17,6 @@ from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gra
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.ranges import ALLOWED, sag_words
 from cabledrive.parameters.cable import Cable
-from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import NAMES
@@ -263,7 +262,7 @@ def case_of(
     rest, holding, nodes = rest_of(mesh, laws, gravity(machine)), 0.0, list[tuple[int, int]]()
     if mesh.whole:
         holding = released_torque(mesh)
-        given = rest.given - holding * SENSE * np.array([name == NAMES[0] for name in mesh.names])
+        given = rest.given - holding * machine.sense * np.array([name == NAMES[0] for name in mesh.names])
         rest = rest._replace(given=given)
         nodes = [(int(mesh.carriages[own.carriage]), PLANES.index(own.plane)) for own in forces]
     plan = network_plan(mesh, laws, rest, recording.probes, grid.step, scheme, nodes)
@@ -278,7 +277,7 @@ def case_of(
     }
     points = [f"the middle of {span}" for span in mesh.pieces]
     points += [f"{place:g} m of {span}" for span, place in recording.probes]
-    pushed, offsets = list[str](), np.multiply(SENSE if mesh.whole else 1.0, offsets_of(machine))
+    pushed, offsets = list[str](), np.multiply(machine.sense, offsets_of(machine))
     if not mesh.whole:  # carriages are coordinates
         ways = dict(zip(PLANES, (ALONG, OUT_OF_PLANE, ACROSS), strict=True))
         pushed = [f"{mesh.network.motion.carriage_name(own.carriage)} {ways[own.plane]}" for own in forces]

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import Divided, Mesh, gradients
-from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
 from cabledrive.parameters.route.drive import RoutedDrive
@@ -210,7 +209,7 @@ def at_start(
     shafts = [name for _, name in drive.angles]
     if mesh.whole:  # the rotor turns with the drive pulley
         places, speeds = (
-            {name: SENSE * own for name, own in zip(shafts, (turn, load, turn), strict=True) if own}
+            {name: drive.sense * own for name, own in zip(shafts, (turn, load, turn), strict=True) if own}
             for turn, load in ((start.drive_angle, start.load_angle), (start.drive_speed, start.load_speed))
         )
     q, q_t = by_name(mesh.names, places, "places"), by_name(mesh.names, speeds, "speeds")
@@ -230,7 +229,7 @@ def at_start(
         if law.tension_only and mesh.network.lowest_tension.min() <= 0.0:
             raise NotComputed("no equilibrium: a piece of the cable hangs slack; raise cable.pretension")
         if shafts[2] != shafts[0] and (stiffness := drive.motor[0].joint_stiffness):
-            q[mesh.names.index(shafts[2])] += SENSE * holding / stiffness
+            q[mesh.names.index(shafts[2])] += drive.sense * holding / stiffness
     tension = np.asarray(law.tension(*gradients(mesh, x)))
     least = int(np.argmin(tension))
     if tension[least] < 0.0 and not law.tension_only:

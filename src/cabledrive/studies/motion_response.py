@@ -14,7 +14,6 @@ from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal import Mode
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.drive import SENSE
 from cabledrive.parameters.route import Machine, posed
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction.stretches import StretchModel
@@ -83,7 +82,6 @@ class _Course:
     def __init__(self, drive: Machine, motion: PlannedMotion) -> None:
         self.drive, self.motion, self.machine = drive, motion, drive.machine
         refuse_running(self.machine, "--motion")
-        self.sense = 1.0 if self.machine is drive else SENSE
         places = dict(motion.places)
         if self.machine.body and not places:
             network = network_of(self.machine, motor=FREE)
@@ -99,7 +97,7 @@ class _Course:
         drive = drive_at(self.drive, pose)
         load, moved = pose.get("load_torque", 0.0), {k: v for k, v in pose.items() if "." in k}
         machine = drive.machine
-        torques = {1: SENSE * load} if load else {}
+        torques = {1: machine.sense * load} if load else {}
         try:
             machine = posed(machine, moved) if moved else machine
             network = network_of(machine, motor=FREE, statics=statics_of(machine, torques=torques))
@@ -108,7 +106,7 @@ class _Course:
                 raise
             where = ", ".join(f"{key} = {value:.4g}" for key, value in moved.items())
             raise InputRefused(f"motion: at {where}: {refusal}; give places as columns") from None
-        if self.machine is self.drive:  # whose torque is that beyond what holds it
+        if not self.machine.angles:  # of routes, whose torque is that beyond what holds it
             return network, 0.0
         at_torque = -load * drive.drive_pulley.radius / drive.load_pulley.radius
         offset = drive.motor.offset_torque if drive.motor is not None else 0.0
@@ -119,12 +117,12 @@ def prepare(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5) -> Pr
     """State of rest and modes that a motion can excite above a ``floor`` [m], along the motion."""
     course = _Course(drive, motion)
     networks, holding = zip(*(course.network(pose) for pose in course.poses), strict=True)
-    stated = course.sense * np.column_stack(staged.torques_of(course.machine, motion))
+    stated = course.machine.sense * np.column_stack(staged.torques_of(course.machine, motion))
 
     def torque_at(time: Array) -> Array:
         """Torque above the holding torque at some instants, shape (n, motors) [N m]."""
         here = np.interp(time, motion.time, course.here)
-        held = course.sense * np.interp(here, np.arange(len(holding)), holding)
+        held = course.machine.sense * np.interp(here, np.arange(len(holding)), holding)
         found = np.column_stack([np.interp(time, motion.time, own) for own in stated.T])
         return found - held[:, None] * (np.arange(found.shape[1]) == 0)
 

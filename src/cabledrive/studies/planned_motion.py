@@ -11,9 +11,10 @@ from cabledrive.answers.result import Result
 from cabledrive.identification.logs.reading import open_table
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.drive import moving_with
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import require_regular
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.units import to_si
 
@@ -75,7 +76,7 @@ def drive_at(drive: Machine, pose: Mapping[str, float]) -> Any:
         if not own.carriage:
             raise InputRefused("motion: carriage positions are given, but the drive has none: leave them out")
         way, carriages = pose["carriage"] - own.carriage[0].position, list(own.carriage)
-        for number, direction in own.moving_with(0).items():
+        for number, direction in moving_with(own, 0).items():
             one = carriages[number]
             position = pose["carriage"] if number == 0 else one.position + direction * way
             carriages[number] = replace(one, position=position)
@@ -112,7 +113,8 @@ def read_motion(path: str | Path, machine: Machine | None = None, *, torque: boo
         If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
     path, columns, places, torques = Path(path), COLUMNS, dict[str, str](), dict[str, str]()
-    if isinstance(machine, RoutedDrive):  # bodies and motors behind the first, by the words of their column
+    if machine is not None and not machine.machine.angles:  # bodies, motors behind the first, by their words
+        machine = machine.machine
         moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
         motors = [machine.pulley[number].name for number in machine.driven[1:]]
         places = {name.lower().replace("_", " "): name for name in moves}

@@ -28,7 +28,7 @@ def command(
         flags="--format",
     ),
     controller: str | None = opt("NAME", "Control law for a drive; default: by the motor joint."),
-    axis: str | None = opt("NAME", "Axis of a machine with routes: its load, such as head.x."),
+    axis: str | None = opt("NAME", "Axis: its load, such as head.x."),
     what: str = opt("controller|plant|loop|cable", "Which part is written.", "controller"),
     float32: bool = opt("flag", "Single precision; refused where the law does not hold in it."),
     anyway: bool = opt("flag", "Also the law of a study without yes; the reason stands in the files."),

@@ -119,16 +119,15 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
     return (
         *unheld_words(Motion(drive), statics),
         *_askew(drive),
-        *_slipping(drive, statics),
+        *slipping(drive, statics),
         *worn(drive, statics),
         *strained(drive, statics),
         *_pretension(drive, statics),
     )
 
 
-def worn(drive: RoutedDrive, statics: Statics | None = None) -> Iterator[str]:
-    """Ropes near their strength at rest, and pulleys that bend them too much; ``statics``: if known."""
-    statics = statics or statics_of(drive)
+def worn(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+    """Ropes near their strength at rest, and pulleys that bend them too much."""
     for row in span_rows(drive, statics):
         if row["safety_factor"] is not None and row["safety_factor"] < _LITTLE_SAFETY:
             yield f"span {row['name']} has a safety factor of {row['safety_factor']:.3g} at rest"
@@ -158,7 +157,8 @@ def _askew(drive: RoutedDrive) -> Iterator[str]:
                 )
 
 
-def _slipping(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+def slipping(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+    """Pulleys whose friction does not hold the rope at rest."""
     for row in pulley_rows(drive, statics):
         have, need = row["capstan_friction"], row["needed_friction"]
         if have is not None and (need is None or need > have):

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from cabledrive.parameters.cable import Rope
-from cabledrive.parameters.drive import Drive
+from cabledrive.parameters.drive import SENSE, Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import choice, described, meaning, nearest
 from cabledrive.parameters.machine import MachineBase
@@ -72,6 +72,12 @@ class RoutedDrive(MachineBase):
         return self
 
     whole = machine
+    plant = None  # of control: found as a chain
+
+    @property
+    def sense(self) -> float:
+        """Turn of a pulley per turn that its file counts: the file of two pulleys counts as the rope runs."""
+        return SENSE if self.angles else 1.0
 
     @cached_property
     def two_pulleys(self) -> Drive | None:

@@ -13,6 +13,7 @@ from cabledrive.parameters.route.parts import Route, RoutedCarriage, RoutedMotor
 
 NAMES = ("drive pulley", "load pulley")
 _UPRIGHT = 1e-9  # beyond the vertical, of what round-off makes lean [rad]
+SAID = ("name", "title", "source", "sensors", "goal")  # alike in both files
 ANGLES = ("drive_angle", "load_angle", "motor_angle")
 
 
@@ -49,8 +50,7 @@ def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
     rigidity = dict.fromkeys(RIGIDITY) | {"given_rigidity": drive.cable.axial_rigidity}
     rotor = NAMES[0] if motor is None or motor.joint_stiffness is None else f"rotor of {NAMES[0]}"
     return RoutedDrive(
-        name=drive.name,
-        title=drive.title,
+        **{name: getattr(drive, name) for name in (*SAID, "excitation")},
         cable=Rope(**_alike(Rope, drive.cable) | rigidity),
         layout=RouteLayout(**_alike(RouteLayout, drive.layout)),
         pulley=pulleys,
@@ -132,7 +132,7 @@ def in_machine(machine: RoutedDrive) -> Drive:
         carriages.append(Carriage(**_alike(Carriage, own) | place))
     return Drive(
         kind="loop" if route.closed else "line",
-        **{name: getattr(machine, name) for name in ("name", "title", "source", "sensors", "goal")},
+        **{name: getattr(machine, name) for name in SAID},
         excitation=None if machine.excitation and machine.excitation.orders else machine.excitation,
         cable=cable,
         layout=Layout(

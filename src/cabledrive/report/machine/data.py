@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cabledrive.answers.figures import MOST_PARTS, Row, fields_by_key, given, number, shown
-from cabledrive.mechanics.datasheet import drive_warnings
+from cabledrive.mechanics.datasheet import drive_warnings, goal_warnings
 from cabledrive.mechanics.network import Statics, statics_of
 from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.mechanics.rest import sag_of
@@ -161,8 +161,9 @@ def _first_axis(drive: Machine) -> tuple[Drive | None, str]:
 def machine_warnings(drive: Machine) -> tuple[str, ...]:
     """What is likely to be a mistake or a limit, a line each; of routes also motors that slacken an axis."""
     found, (axis, _) = drive_warnings(drive), _first_axis(drive)
-    if axis is None or axis.motor is None:
+    if drive.two_pulleys is not None or axis is None or axis.motor is None:
         return found
+    found = (*found, *goal_warnings(axis, max(axis.axis.words["frequencies_hz"])))
     limit, slack = axis.motor.torque_limit, axis.axis.words.get("slack_torque")
     if limit is None or slack is None or limit <= slack:
         return found
