@@ -318,9 +318,14 @@ PLACE, SHAFT = '"0.5 shaft + 0.5 m"', 'shaft = "42 m"'
         (LIFT_TEXT.replace(SHAFT, 'shaft = "3 kg"'), "kg"),
         (LIFT_TEXT.replace(PLACE, '"shaft of 3 m"'), "place"),
         (LIFT_TEXT.replace(PLACE, '"0.5 shaft + 1 kg"'), "kg"),
+        (packaged_text("ropeway-towers").replace('name = "tower 1"', "name = {}"), "a table, not text"),
+        (
+            packaged_text("ropeway-towers").replace("[[carriage]]", "[[carriage]]\nname = 5"),
+            "a number, not text",
+        ),
     ],
 )
-def test_what_is_no_excitation_and_no_relative_place_is_refused(text, name):
+def test_what_is_no_excitation_place_or_name_is_refused(text, name):
     with pytest.raises(cd.InputRefused, match=name):
         drive_from_text(text)
 

@@ -10,7 +10,7 @@ from cabledrive.parameters import drive_parts as parts
 from cabledrive.parameters.cable import Cable, Rope, with_type
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.fields import kind_of, nearest, written
+from cabledrive.parameters.fields import check_text, kind_of, nearest, written
 from cabledrive.parameters.machine import SCHEMA_VERSION, WORDS, check_count
 from cabledrive.parameters.route.drive import Machine, RoutedDrive
 from cabledrive.parameters.route.parts import (
@@ -220,7 +220,7 @@ def _expand(rows: dict[str, list[Any]]) -> None:
             if not isinstance(at, list) or not at or not several:
                 expanded.append(row)
                 continue
-            name = row.get("name", "")
+            check_text(f"{key}.name", name := row.get("name", ""))
             names = [f"{name} {number + 1}" for number in range(len(at))]
             if key == "pulley":
                 groups[name] = names
