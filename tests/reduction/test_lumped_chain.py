@@ -192,6 +192,12 @@ def test_what_is_no_chain_is_refused_with_the_reason(name, reason):
     assert reason in network_chains(route(name))[0].refusal
 
 
+def test_two_motors_that_move_one_load_alone_have_no_axes():
+    """A pulley of 0.2 mm that a belt spins is the heaviest of all, whichever way the motors turn."""
+    spun = cd.load_drive("corexy", overrides=["pulley.2.radius=0.212 mm"])
+    assert "do not split into sum and difference" in network_chains(spun)[0].refusal
+
+
 def test_a_loop_as_a_route_reduces_to_its_own_model():
     """The chain has the certified frequencies; its numbers are those of Model 4 but for the cable's mass."""
     drive = without_gravity(cd.load_drive("dissertation-3"))

@@ -171,12 +171,13 @@ def _chain(
     load = _load_of(network, shapes[:, 0], who)
     felt = np.vstack([turn, network.motion.dense(load)])
     neglected, strings = _left_out(network, spectrum, squares, shapes, felt)
-    cross, other = 0.0, None
+    cross, other = 0.0, None  # what another motion moves as its own load
     if across is not None:
         rigid = spectrum.rigid_body_modes
         free = _split(*modes_at_rest(network, np.zeros((0, turn.size))), rigid, count, felt)
         cross = float(np.abs(_chain_rows(*free[:2], turn, across[0][None])[1]).max())
-        other = None if across[1] is None else _load_of(network, across[1], who)
+        if across[1] is not None and (moved := _load_of(network, across[1], who)) != load:
+            other = moved
     if across is not None and other is not None and cross > MOST_CROSS:
         still = modes_at_rest(network, np.vstack([across[0], network.motion.dense(other)]))
         squares, shapes, neglected = _split(*still, rigid - 1, count, felt)

@@ -192,9 +192,11 @@ def _pretension(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
         if abs(worst - rope.pretension) > 0.01 * rope.pretension:
             lengths = np.array([drive.free_spans[i].length for i in own])
             longer = float((statics.mean[own] - rope.pretension) @ lengths) / rope.axial_rigidity
+            change = f"is {1e3 * abs(longer):.3g} mm {'longer' if longer > 0.0 else 'shorter'} for it"
+            if abs(longer) < 1e-9 * lengths.sum():
+                change = "keeps its length"
             yield (
                 f"route {drive.route[number].name}: bodies and weights make its tension {worst:.4g} N in one "
-                f"place, its pretension is {rope.pretension:.4g} N: it is {1e3 * abs(longer):.3g} mm "
-                f"{'longer' if longer > 0.0 else 'shorter'} for it, and bodies are kept where the file has "
-                "them"
+                f"place, its pretension is {rope.pretension:.4g} N: it {change}, and bodies are kept where "
+                "the file has them"
             )
