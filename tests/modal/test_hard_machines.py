@@ -11,9 +11,11 @@ from transfer_roots import exact_roots
 
 import cabledrive as cd
 from cabledrive.modal.tuning import tuned_pretension
+from cabledrive.parameters import packaged_drives
 from command import refused
 from drive_strategies import drives
 from network_samples import route, routed
+from other_units import in_other_units
 
 
 def string_of_carriages(number, contrast, kind):
@@ -29,6 +31,18 @@ def string_of_carriages(number, contrast, kind):
                 cd.Carriage(mass=mass * spread(rng, contrast), span=span, position=place, guided=False)
             )
     return drive(kind, cable, length, [pulley(10 * mass), pulley(7 * mass)], carriages)
+
+
+@pytest.mark.parametrize("by", [(1.0, 1e-2, 1.0), (0.064, 1.5e-3, 29.0), (2e2, 40.0, 1e-2)])
+@pytest.mark.parametrize("name", packaged_drives())
+def test_modes_do_not_depend_on_units(name, by):
+    """A machine with every mass, length and time so many times as large has the same modes by its own time."""
+    given = cd.load_drive(name)
+    own, other = cd.modes(given, count=6), cd.modes(in_other_units(given, by), count=6)
+    assert [(m.kind, m.multiplicity) for m in other.modes] == [(m.kind, m.multiplicity) for m in own.modes]
+    times = [m.frequency * by[2] for m in other.modes]
+    assert times == pytest.approx([m.frequency for m in own.modes], rel=1e-6)
+    assert other.certified == own.certified
 
 
 @pytest.mark.parametrize("contrast", [1.0, 1e3, 1e6])
