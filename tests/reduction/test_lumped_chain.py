@@ -8,12 +8,14 @@ import pytest
 import cabledrive as cd
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.response import network_response
+from cabledrive.parameters.keys import varied_together
 from cabledrive.reduction import lumped_chain
 from cabledrive.reduction.network_axis import as_axis, slack_torque
 from cabledrive.reduction.network_chain import LOSS_FACTOR, network_chains
 from cabledrive.reduction.quality import model_quality, model_response
 from cabledrive.reduction.two_motors import line_at, winched_machine
 from cabledrive.rig import Motion, RigOptions
+from command import refused
 from network_samples import as_route, printer_belt, route, without_gravity
 
 DRIVE = cd.load_drive("dissertation-3")
@@ -146,6 +148,13 @@ def test_the_printer_is_a_chain_of_two_inertias_up_to_twice_its_mode(measured):
     measured(f"printer as a chain of two inertias against finite elements: {100 * error:.2f} %")
     assert error < 0.01, error
     assert chain.gain == pytest.approx(-6.366e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.382, 0.9, 1.2])
+def test_an_axis_whose_rigid_motion_a_rope_askew_makes_a_slow_mode_is_refused(share):
+    """A pulley of another radius at the front of a corexy: its belt runs askew; `check` had a defect."""
+    machine = varied_together(cd.load_drive("corexy"), {"pulley.front right a.radius": 6e-3 * share})
+    refused(lambda: network_chains(machine), "askew")
 
 
 def test_a_symmetric_corexy_splits_into_sum_and_difference(measured):

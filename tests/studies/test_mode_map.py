@@ -77,6 +77,21 @@ def test_a_lift_roped_two_to_one_turns_its_sheave_by_two_metres_of_rope_a_metre(
     assert frequency_per_speed(geared, steps, "load pulley") == pytest.approx(200 * radii / (2 * math.pi))
 
 
+def test_a_beam_at_a_speed_leaves_the_head_on_it_at_rest():
+    """A corexy whose motor b has twice the radius: the head moved by 7 %, a least square of mixed units."""
+    drive = cd.load_drive("corexy")
+    parts = {own.name: own for own in drive.pulley}
+    first, second = parts["motor a"].radius, 2.0 * parts["motor b"].radius
+    drive = varied_together(drive, {"pulley.motor b.radius": second})
+    for moving, still, sign in (("beam.y", "head.x", -1.0), ("head.x", "beam.y", 1.0)):
+        found = rates(drive, moving)
+        assert found[still] == pytest.approx(0.0, abs=1e-9)
+        assert found["motor a"] == pytest.approx(sign / first, rel=1e-4)
+        assert found["motor b"] == pytest.approx(1.0 / second, rel=1e-3)
+    with pytest.raises(cd.InputRefused, match=r"motor a moves with several of beam\.y, head\.x"):
+        rates(drive, "motor a")
+
+
 SHEAVE = Order(name="sheave", pulley="traction sheave")
 
 

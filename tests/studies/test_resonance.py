@@ -11,7 +11,7 @@ from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients, fold, steady_amplitudes
 from cabledrive.reduction.decay import damping_from_decay
 from cabledrive.reduction.fast_simulation import COLUMN, FastScheme, simulate_fast
-from cabledrive.reduction.threshold import CLOSE, instability_margin, threshold_torque
+from cabledrive.reduction.threshold import CLOSE, growth_torque, instability_margin, threshold_torque
 from cabledrive.report.map_page import resonance_map_page, spot_check_line
 from cabledrive.simulation import Pluck, Recording, Scheme, Start
 from cabledrive.simulation.signals import Sine
@@ -216,6 +216,43 @@ def test_a_map_of_three_sections_grows_above_the_threshold_of_the_nearest(name, 
     assert found.threshold == pytest.approx([threshold], rel=1e-3)
     assert found.growth[0, 0] == pytest.approx(1.0, abs=1e-3)
     assert found.growth[1, 0] > 2.0
+
+
+@pytest.mark.parametrize(
+    "name, factor", [("elevator", 0.6), ("elevator", 2.3), ("ropeway", 1.0), ("ropeway", 1.9)]
+)
+def test_a_map_of_slow_machines_grows_above_the_threshold_that_resonance_states(name, factor):
+    """Modes of 0.3 to 4 Hz did not grow within the second that every map lasted."""
+    drive = cd.load_drive(name)
+    bare = replace(drive, layout=replace(drive.layout, gravity=0.0))
+    bare = at_tension(bare, factor * drive.cable.pretension)
+    least = resonance(bare).threshold_here
+    tension, torques = [bare.cable.pretension], [0.5 * least, 1.6 * least]
+    found = growth_map(bare, torque=1.0, pretensions=tension, torques=torques)
+    assert found.threshold == pytest.approx([least], rel=1e-9)
+    assert found.growth[0, 0] < 1.3
+    assert found.growth[1, 0] > 2.0, f"{found.growth[1, 0]:.4g} in {found.duration:.4g} s"
+    assert not found.weighs
+    assert "without weight" in resonance_map_page(growth_map(drive, torque=1.0, duration=1.0))
+
+
+def test_a_map_states_the_torque_from_which_its_duration_shows_growth():
+    """2 and 5 1/s at tuning: the exponent of (A.25), integrated, says what doubles."""
+    drive = damped(2.0, 5.0)
+    tuned = resonance(drive).tuned_pretension
+    model = autoparametric_model(at_tension(drive, tuned))
+    for duration in (0.7, 2.0):
+        found = growth_map(drive, torque=0.02, pretensions=[tuned], torques=[0.02], duration=duration)
+        exact = growth_torque(model, 2.0 / 0.7, duration) / float(threshold_torque(model))
+        assert found.duration == duration
+        assert found.seen_from == pytest.approx(exact, rel=0.02)
+
+
+def test_far_above_the_pulley_mode_no_span_grows_on_a_map():
+    """Transverse modes at 17 times the pulley mode: in steps longer than theirs, 30000-fold."""
+    found = growth_map(cd.load_drive("dissertation-3"), torque=2.1, torques=[0.01])
+    assert not found.slack.any()
+    assert np.nanmax(found.growth) < 1.01, f"{np.nanmax(found.growth):.4g}"
 
 
 def test_exact_loop_agrees_with_the_map_at_random_points():

@@ -111,6 +111,18 @@ def test_no_value_of_a_page_becomes_an_option_or_a_path(studio, tmp_path, kind):
     assert all("/" not in name for name in outputs)
 
 
+@pytest.mark.parametrize("name", ["dissertation-2", "corexy"])
+def test_a_film_plucks_the_first_span_of_every_kind_of_machine(studio, tmp_path, name, monkeypatch):
+    """Machines with routes have no upper span: a film of one was refused with the page's own values."""
+    form = {"pluck": "1 mm", "duration": "20 ms", "torque": "1 mN m", "frequency": "80 Hz"}
+    found = asked(studio.desk, "film", State(drive=name, settings=()), form, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    result = call(*found.arguments, "--json")
+    assert result.exit_code == 0, result.stderr
+    first = json.loads(result.stdout)["spans"][0]
+    assert 0.999e-3 < first["midpoint_peak"] < 1.3e-3  # a loop falls from straight to its sag
+
+
 # --- The studio as a process: its address, a taken port, a folder in use, Ctrl-C
 def test_the_first_line_is_the_address_and_ctrl_c_ends_it_with_130(tmp_path):
     with studio_process(tmp_path / "one", "dissertation-2", warm=True) as (process, address):

@@ -130,11 +130,11 @@ def _map(row: Row) -> Mapping[str, Any]:
         torque=row.options.get("torque", max(torques)),
         pretensions=row.options["pretensions"],
         torques=torques,
-        duration=row.options.get("duration", 1.0),
+        duration=row.options.get("duration"),
         threads=1,
     )
     threshold = np.where(np.isfinite(found.threshold), found.threshold, np.nan)
-    return {"growth": found.growth, "map_threshold_torque": threshold}
+    return {"growth": found.growth, "map_threshold_torque": threshold, "map_duration": found.duration}
 
 
 SIMULATION = {
@@ -354,7 +354,7 @@ KINDS = {
     ),
     "map": Kind(
         outputs=_map_outputs,
-        default=("growth", "map_threshold_torque"),
+        default=("growth", "map_threshold_torque", "map_duration"),
         one=_map,
         modules=("cabledrive.studies.resonance_map",),
         options={"pretensions": f"{LIST}N", "torques": f"{LIST}N m", "torque": "N m", "duration": "s"},

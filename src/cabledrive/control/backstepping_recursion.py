@@ -44,13 +44,7 @@ def parts_of(table: Any, inertias: int) -> tuple[Any, Any, Any, Any, Any]:
     a = 2 * inertias + 1
     b = a + inertias
     c = b + inertias
-    return (
-        table[:a],
-        table[a:b],
-        table[b:c],
-        table[c, : 2 * inertias],
-        table[c + 1, : 2 * inertias],
-    )
+    return (table[:a], table[a:b], table[b:c], table[c, : 2 * inertias], table[c + 1, : 2 * inertias])
 
 
 @for_kernels

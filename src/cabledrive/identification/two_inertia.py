@@ -304,11 +304,7 @@ def identify_by_equations(logs: Sequence[Log], channels: Channels) -> Identifica
         covariance=covariance,
         freedom=min(one.fit.freedom for one in solved),
         findings=tuple(findings),
-        notes=(
-            note,
-            *(() if sides[0].cogging is None else (sides[0].cogging.words,)),
-            *channels.notes,
-        ),
+        notes=(note, *(() if sides[0].cogging is None else (sides[0].cogging.words,)), *channels.notes),
         check_reason="shares explained, other bandwidths, lag, backlash, friction at low speed; not checked: "
         "small ones of these, a torque of the position over few periods",
     )

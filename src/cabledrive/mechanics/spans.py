@@ -134,11 +134,7 @@ def _span(drive: Drive, span: str) -> list[_Joint]:
         _Joint(f"carriage {numbers[id(own)]}", span, own.position, own.mass, own.guided)
         for own in drive.carriages_on(span)
     ]
-    return [
-        _Joint(start, span, 0.0, near, True),
-        *carried,
-        _Joint(end, span, drive.span_length, far, True),
-    ]
+    return [_Joint(start, span, 0.0, near, True), *carried, _Joint(end, span, drive.span_length, far, True)]
 
 
 def _longitudinal(

@@ -25,10 +25,4 @@ __getattr__ = on_demand(
     },
 )
 
-__all__ = [
-    "LumpedChain",
-    "damping_from_decay",
-    "fast_ensemble",
-    "lumped_model",
-    "simulate_fast",
-]
+__all__ = ["LumpedChain", "damping_from_decay", "fast_ensemble", "lumped_model", "simulate_fast"]

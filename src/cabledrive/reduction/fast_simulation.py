@@ -12,6 +12,7 @@ from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.files import check_writable, not_written, one_process
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import ANGLES, NAMES, two_pulleys_of
@@ -29,7 +30,7 @@ from cabledrive.simulation.result import neglected
 from cabledrive.simulation.signals import Function, checked_signal
 from cabledrive.simulation.start import at_start
 
-SPANS = ("upper", "lower")
+REMEDY, SPANS = "lower the torque or use --model exact", ("upper", "lower")
 CHANNELS = channels_of(ANGLES, NAMES[:1], SPANS, points=[f"the middle of {span}" for span in SPANS])
 COLUMN = {channel.name: number for number, channel in enumerate(CHANNELS)}
 
@@ -62,7 +63,8 @@ def _rows(drive: Drive, model: StretchModel, recorded: IntegratedMotion, torque:
     for j, span in enumerate(SPANS):
         found |= {f"mean tension, {span}": tension[:, j], f"least tension, {span}": tension[:, j]}
     points = [f"{plane} at the middle of {span}" for plane in "wv" for span in SPANS]
-    found |= {point: a[:, j] @ model.probes[j, :, 0] for j, point in enumerate(points[: a.shape[1]])}
+    moved = a - model.sag if drive.called else a  # of a machine with routes from rest
+    found |= {point: moved[:, j] @ model.probes[j, :, 0] for j, point in enumerate(points[: a.shape[1]])}
     half_turns = 0.5 * model.natural * drive.pulley_distance / drive.cable.axial_wave_speed
     rims = 0.5 * np.array([pulley.radius for pulley in drive.pulley]) @ model.motions[:2] / np.cos(half_turns)
     found |= {f"u at the middle of {span}": q @ rims for span in SPANS}
@@ -89,7 +91,10 @@ def _result(
     if diverged := len(rows) < steps // stride + 1:
         steps = stride * (len(rows) - 1)
     times, length = np.arange(rows.shape[0], dtype=np.float64) * (stride * step), drive.pulley_distance
-    events, stopped = _limits(model, recorded, rows, times, diverged)
+    names = drive.called or SPANS
+    events, stopped = _limits(model, recorded, rows, times, names)
+    if diverged and not events:
+        stopped = f"the displacement exceeds the span after t = {times[-1]:.6g} s: {REMEDY}"
     at_rest = -0.5 * np.sum(model.mass * (model.transverse * model.sag) ** 2)
     handled = rows[0, COLUMN["balance"]] - at_rest + np.max(np.abs(rows[:, COLUMN["torque_work"]]))
     # least and largest of the records, which are as dense as the step unless a rate was asked for
@@ -98,12 +103,12 @@ def _result(
     return SimulationResult(
         time=times,
         rows=rows,
-        probes=tuple((span, 0.5 * length) for span in SPANS),
+        probes=tuple((span, 0.5 * length) for span in names),
         field_time=np.empty(0),
         fields=np.empty((0, 3, 0)),
-        spans=SPANS,
-        channels=CHANNELS,
-        midpoint_peaks=dict(zip(SPANS, peaks.tolist(), strict=True)),
+        spans=names,
+        channels=channels_of(ANGLES, NAMES[:1], names, points=[f"the middle of {span}" for span in names]),
+        midpoint_peaks=dict(zip(names, peaks.tolist(), strict=True)),
         steps=steps,
         step=step,
         largest_step=pi / max(model.natural.max(), model.transverse.max()),
@@ -134,24 +139,22 @@ def _result(
 
 
 def _limits(
-    model: StretchModel, recorded: IntegratedMotion, rows: Array, times: Array, diverged: bool
+    model: StretchModel, recorded: IntegratedMotion, rows: Array, times: Array, names: tuple[str, ...]
 ) -> tuple[tuple[SlackEvent, ...], str | None]:
-    """Slack and steepness, over all steps."""
-    why, remedy = why_not(model, recorded.peaks), "lower the torque or use --model exact"
+    """Slack and steepness, over all steps; ``names``: of the spans."""
+    why = why_not(model, recorded.peaks, names)
     if why and "slack" in why:
-        span = SPANS[int(np.argmax(recorded.peaks[:, 0] < 0.0))]
-        tension = rows[:, COLUMN[f"mean tension, {span}"]]
+        number = int(np.argmax(recorded.peaks[:, 0] < 0.0))
+        span, tension = names[number], rows[:, COLUMN[f"mean tension, {SPANS[number]}"]]
         first = int(np.argmax(tension < 0.0)) if np.any(tension < 0.0) else int(np.argmin(tension))
         event = SlackEvent(time=float(times[first]), span=span, position=0.0, tension=float(tension[first]))
-        return (event,), f"{why} at t = {times[first]:.6g} s: {remedy}"
-    if diverged:
-        return (), f"the displacement exceeds the span after t = {times[-1]:.6g} s: {remedy}"
+        return (event,), f"{why} at t = {times[first]:.6g} s: {REMEDY}"
     return (), why and f"{why}: use --model exact"
 
 
-def why_not(model: StretchModel, peaks: Array) -> str | None:
+def why_not(model: StretchModel, peaks: Array, names: tuple[str, ...] = SPANS) -> str | None:
     """Why the model does not hold where `IntegratedMotion.peaks` were reached; None where it does."""
-    for span, tension in zip(SPANS, peaks[:, 0], strict=True):
+    for span, tension in zip(names, peaks[:, 0], strict=True):
         if tension < 0.0:
             return f"the {span} span goes slack"
     if not np.all(np.isfinite(peaks)):
@@ -192,9 +195,8 @@ def simulate_fast(
     """Motion of the loop by the uniform-tension model, a hundred times faster than the chain.
 
     It integrates (R.1)-(R.3) by (R.4). Good below the first longitudinal resonance of a span, without slack,
-    for
-    slopes below 0.05 and without questions of wave fronts; the first three limits are checked. All losses of
-    the longitudinal modes are in the channel "viscous_loss".
+    for slopes below 0.05 and without questions of wave fronts; the first three limits are checked. All losses
+    of the longitudinal modes are in the channel "viscous_loss".
 
     Parameters
     ----------
@@ -240,6 +242,14 @@ def simulate_fast(
         drive.motor.offset_torque if drive.motor else 0.0
     )
     check_band(model, samples, step)
+    ours = dict(zip(drive.called or SPANS, SPANS, strict=True))
+    for pluck in (*start.plucks, *start.kicks):
+        require_known(pluck.span[:60], ours, f'pluck: "{pluck.span[:60]}" is no span')
+    both = (start.plucks, start.kicks)
+    plucks, kicks = (tuple(replace(one, span=ours[one.span]) for one in own) for own in both)
+    start = replace(start, plucks=plucks, kicks=kicks)
+    if drive.called:  # a machine with routes starts at rest
+        start = replace(start, from_equilibrium=True, hold="drive")
     state = start_amplitudes(drive, model, start)
     if len(state[2]) > len(SPANS):
         model = uniform_tension_model(drive, scheme.sines, planes=2)

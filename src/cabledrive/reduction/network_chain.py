@@ -231,10 +231,14 @@ def modes_at_rest(network: Network, held: Array) -> tuple[Array, Array]:
     return squares, free @ shapes
 
 
+_STRAINED = "a rope askew to a slide makes a rigid motion a slow mode, see `check`: the axes do not split"
+
+
 def _split(squares: Array, shapes: Array, rigid: int, count: int, rows: Array) -> tuple[Array, Array, float]:
     """Of all modes the rigid one and those that the motor (row 0) feels most; largest part of the rest."""
     first = _merged(rows[0], shapes[:, :rigid])
-    assert first is not None
+    if first is None:
+        raise InputRefused(_STRAINED)
     squares, shapes = np.append(0.0, squares[rigid:]), np.column_stack([first, shapes[:, rigid:]])
     felt = np.argsort((rows[0] @ shapes[:, 1:]) ** 2 / squares[1:]) + 1
     kept = np.append(0, np.sort(felt[-count:]))
@@ -266,6 +270,8 @@ def _kept_modes(
     groups = coupled_modes(network, spectrum, highest * (1.0 + 1e-6))
     merged = [(square, _merged(turn, group)) for square, group, _ in groups]
     modes = [(square, shape) for square, shape in merged if shape is not None]
+    if len(modes) < count:
+        raise InputRefused(_STRAINED)
     modes.sort(key=lambda mode: float((turn @ mode[1]) ** 2 / mode[0]))
     kept = sorted(modes[-count:], key=lambda mode: mode[0])
     return np.array([0.0, *(square for square, _ in kept)]), np.column_stack([first, *(x for _, x in kept)])

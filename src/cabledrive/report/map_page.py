@@ -165,7 +165,16 @@ def summary_line(growth: GrowthMap) -> str:
         f"Between {low} and {high}, torque up to {quantity(float(growth.torque[-1]), 'N m')}, a small "
         f"transverse motion {reach or 'is slack everywhere'} in {number(growth.duration)} s"
         + (f"; a span goes slack in {slack:.3g} % of it." if slack else ".")
+        + ("" if growth.seen_from is None else f" {SEEN.format(number(growth.seen_from))}")
+        + (f" {WEIGHS}" if growth.weighs else "")
     )
+
+
+SEEN = "At tuning a vanishing motion doubles in that time from {} times the threshold on."
+WEIGHS = (
+    "The map is of the straight cable without weight: sag, or carriages that hang on it, change the tensions "
+    "of this machine, and with them the thresholds that resonance states."
+)
 
 
 def _data(growth: GrowthMap, motion: PlannedMotion | None) -> str:

@@ -320,7 +320,7 @@ class SimulationResult(Result):
             "slack_events": [asdict(event) for event in self.slack_events],
             "assumptions": list(self.assumptions),
             **{name: {"peak_to_peak": float(np.ptp(self.extremes[name]))} for name in angles},
-            **{f"{span}_midpoint": {"peak": peaks[span]} for span in self.spans if angles},
+            **{f"{span}_midpoint": {"peak": peaks[span]} for span in ("upper", "lower") if span in peaks},
             "coordinates": {
                 name: {"least": low, "largest": high, "peak_to_peak": high - low}
                 for name, (low, high) in self.extremes.items()

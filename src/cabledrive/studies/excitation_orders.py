@@ -87,18 +87,30 @@ class Campbell:
 
 
 def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
-    """How fast every coordinate moves where one moves with unit speed and nothing is strained."""
+    """How fast every coordinate moves where one moves with unit speed and nothing is strained.
+
+    Where that leaves bodies free, those that can be at rest are; refused if this does not tell how all move.
+    """
     network = network_of(drive, motor="free")
     names = network.motion.names
     require_known(coordinate[:60], names, f'"{coordinate[:60]}" is no coordinate')
     stiffness, own = network.static_stiffness, names.index(coordinate)
     others = [i for i in range(len(names)) if i != own]
-    rest = -np.linalg.pinv(stiffness[np.ix_(others, others)], rcond=1e-9) @ stiffness[others, own]
+    sizes, ways = np.linalg.eigh(stiffness[np.ix_(others, others)])
+    free = np.abs(sizes) <= 1e-9 * np.abs(sizes).max(initial=0.0)
+    held, loose = ways[:, ~free], ways[:, free]
+    rest = -held @ (held.T @ stiffness[others, own] / sizes[~free])
     strained = stiffness[own, own] + stiffness[own, others] @ rest
     if abs(strained) > _STRAINED * stiffness[own, own]:
         raise InputRefused(
             f"{coordinate} cannot move without straining a rope or a spring: give the speed of one that can"
         )
+    bodies = np.array(["." in names[i] for i in others], dtype=bool)
+    rest -= loose @ (np.linalg.pinv(loose[bodies], rcond=1e-6) @ rest[bodies])
+    still = bodies & (np.abs(rest) < 1e-6 * np.abs(rest[bodies]).max(initial=1.0))
+    if np.linalg.matrix_rank(loose[still], 1e-6) < np.linalg.matrix_rank(loose[bodies], 1e-6):
+        free_names = ", ".join(name for name in names if "." in name and name != coordinate)
+        raise InputRefused(f"{coordinate} moves with several of {free_names}: give the speed of one of those")
     moving = np.insert(rest, own, 1.0)
     return {name: float(rate) for name, rate in zip(names, moving, strict=True)}
 

@@ -1,11 +1,14 @@
 """Which transverse modes the oscillation of the tensions can excite."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from math import pi
+from typing import Any
 
 import numpy as np
 
 from cabledrive.parameters.arrays import Array
+from cabledrive.reduction.autoparametric import AutoparametricModel
+from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.stretches import StretchModel
 
 ALWAYS = 4
@@ -99,3 +102,17 @@ def lines_of(history: Array, still: StretchModel, h: float) -> tuple[Array, Arra
     duration = h * len(history)
     size = amplitudes(relative).max(axis=1)
     return size, 2 * pi * np.arange(size.size) / duration, duration
+
+
+def nearest_two(model: AutoparametricModel) -> AutoparametricModel:
+    """The two sections that a torque reaches first."""
+    if model.coupling.size <= 2:
+        return model
+    c = averaged_coefficients(model, torque=1.0, drift=False)
+    order = np.argsort(np.abs(c.transverse_detuning) / np.abs(c.pump))[:2]
+    rows = {own.name: getattr(model, own.name) for own in fields(model)}
+    kept: dict[str, Any] = {
+        name: row[order] for name, row in rows.items() if isinstance(row, np.ndarray) and row.ndim == 1
+    }
+    kept["stiffening"] = model.stiffening[np.ix_(order, order)]
+    return replace(model, modes=tuple(model.modes[i] for i in order), **kept)

@@ -4,23 +4,20 @@ Where both spans are tuned alike the branches are known in closed form, see `cab
 Under a steady load one span alone still has the closed form; both together are followed by continuation.
 """
 
-from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cabledrive.mechanics.datasheet import sags
+from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal.tuning import resonant_pairs
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
-from cabledrive.reduction.autoparametric import (
-    AutoparametricModel,
-    at_pretension,
-    autoparametric_model,
-    oscillators,
-)
+from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model, oscillators
 from cabledrive.reduction.averaging import (
     AveragedCoefficients,
     averaged_coefficients,
@@ -34,6 +31,7 @@ from cabledrive.reduction.stretch_runs import ensemble_run
 from cabledrive.reduction.stretches import in_lanes, numbers_of
 from cabledrive.reduction.threshold import threshold_torque
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start, simulate
+from cabledrive.studies.excited_modes import nearest_two
 
 POINTS = 100
 STEPS_PER_PERIOD = 12
@@ -42,7 +40,10 @@ SPREAD = 0.25
 
 SPOTS = 3
 GROWN = 2.0
-"""Where a motion has grown so many times a check says something: such points come first."""
+"""Where a motion has grown so many times it is seen to grow, and a spot check says something."""
+
+SHORTEST, FEWEST, MOST, ABOVE = 1.0, 80.0, 3000.0, 1.5
+"""Least time [s], least and most periods of a map; torque over its threshold that is seen to grow in it."""
 
 Complex = NDArray[np.complex128]
 
@@ -75,6 +76,9 @@ class GrowthMap:
     tuned: tuple[float, ...]  # tuned pretensions within the map [N]
     pluck: float  # half-sine, of the first section [m], half of it on the next
     duration: float  # [s]
+    # torque over the threshold from which on growth is seen within the duration; None: no such threshold
+    seen_from: float | None
+    weighs: bool  # whether weights, which the map is without, change the tensions of which `resonance` judges
 
 
 def growth_map(
@@ -84,13 +88,16 @@ def growth_map(
     load_torque: float = 0.0,
     pretensions: ArrayLike | None = None,
     torques: ArrayLike | None = None,
-    duration: float = 1.0,
+    duration: float | None = None,
     threads: int = 2,
 ) -> GrowthMap:
     """Largest motion over pretension and torque at the pulley mode's frequency, from a small unequal pluck.
 
     ``torque``: the drive's own, the map goes to three times it; 1e-4 of the span is plucked. The
-    unstretched lengths are kept; of more sections the two that come nearest to resonance are taken.
+    unstretched lengths are kept; sections vibrate in the mode of the tuned or of the own pretension that
+    grows first, and of more sections the two that come nearest to resonance are taken.
+    ``duration``: [s]; default: until a motion at `ABOVE` times its threshold has grown `GROWN` times,
+    within the bounds of `SHORTEST`, `FEWEST` and `MOST`.
     """
     given = content_hash(drive)
     drive = two_pulleys_of(drive, "the map")
@@ -102,19 +109,34 @@ def growth_map(
     taus = _axis(torques, (0.0, 3.0 * torque if torque > 0.0 else 1.0), "torques", positive=False)
     height = 1e-4 * drive.span_length
     nearest = min(tuned, key=lambda value: abs(value - own), default=own)
-    near = replace(drive, cable=replace(drive.cable, pretension=nearest))
-    model = _nearest_two(autoparametric_model(near, load_torque=load_torque))
-    h = 2 * np.pi / model.natural / STEPS_PER_PERIOD
+    ends = (replace(drive, cable=replace(drive.cable, pretension=value)) for value in (nearest, own))
+    models = [autoparametric_model(one, load_torque=load_torque) for one in ends]
+    model, seen, wanted = models[0], None, 0.0
+    tops = [at_pretension(one, float(tension[-1])).transverse.max() for one in models]
+    h = 2 * np.pi / max(model.natural, 0.5 * max(tops)) / STEPS_PER_PERIOD  # longer steps alias fast modes
+    if model.damped:  # a torque k times the threshold pumps with k (1 - exp(-c t / 2)) Gamma / 2 at tuning
+        c = averaged_coefficients(model, torque=1.0, drift=False)
+        rise, growing = 2 / float(c.damping), 2 * float(np.log(GROWN / 0.7) / np.min(c.transverse_damping))
+        wanted = (rise * ABOVE + growing) / (ABOVE - 1.0)  # see `growth_torque`: 0.7 of a pluck grows
+    if duration is None:
+        wanted = max(wanted, 2 * np.pi * FEWEST / model.natural)
+        duration = max(SHORTEST, min(wanted, MOST * STEPS_PER_PERIOD * h))
+    if model.damped:
+        seen = (duration + growing) / (duration + rise * float(np.expm1(-duration / rise)))
     steps = int(np.ceil(duration / h))
     wave, start = np.sin(model.natural * h * np.arange(steps + 1)), height * np.array([1.0, 0.5])
     pulley, growth = np.empty((2, taus.size, tension.size))
 
     def integrated(column: int, rows: list[int]) -> None:
-        numbers = numbers_of(oscillators(at_pretension(model, float(tension[column]))), h)
-        plucks = np.tile(start[: model.coupling.size, None, None], len(rows))
+        there = (at_pretension(one, float(tension[column])) for one in models)
+        first = nearest_two(min(there, key=lambda one: float(threshold_torque(one))))
+        numbers = numbers_of(oscillators(first), h)
+        plucks = np.tile(start[: first.coupling.size, None, None], len(rows))
         _, _, q, a, _ = ensemble_run(numbers, plucks, (wave, taus[rows], 0.0), steps + 1)
-        pulley[rows, column], growth[rows, column] = q[0], a.max(axis=0) / height
+        with np.errstate(over="ignore"):  # beyond slack
+            pulley[rows, column], growth[rows, column] = q[0], a.max(axis=0) / height
 
+    means = [part.mean_tension for section in rest_state(drive).sections for part in section.stretches]
     in_lanes(integrated, ((column, range(taus.size)) for column in range(tension.size)), threads)
     slack = ~(pulley <= np.asarray(at_pretension(model, tension).slack_amplitude)[None])
     return GrowthMap(
@@ -125,12 +147,14 @@ def growth_map(
         growth=np.where(slack, np.nan, growth),
         pulley=np.where(slack, np.nan, pulley),
         slack=slack,
-        threshold=threshold_torque(at_pretension(model, tension)),
-        own_pretension=drive.cable.pretension,
+        threshold=np.min([threshold_torque(at_pretension(one, tension)) for one in models], axis=0),
+        own_pretension=own,
         own_torque=torque,
         tuned=tuple(value for value in tuned if tension[0] <= value <= tension[-1]),
         pluck=height,
         duration=duration,
+        seen_from=seen,
+        weighs=sags(drive) or bool(np.ptp([own, *means]) > 0.01 * own),
     )
 
 
@@ -141,20 +165,6 @@ def _axis(given: ArrayLike | None, span: tuple[float, float], name: str, *, posi
         bound = "positive" if positive else "not negative"
         raise InputRefused(f"{name}: a list of finite numbers, {bound}, is needed: give one or more")
     return np.sort(axis)
-
-
-def _nearest_two(model: AutoparametricModel) -> AutoparametricModel:
-    """The two sections that a torque reaches first."""
-    if model.coupling.size <= 2:
-        return model
-    c = averaged_coefficients(model, torque=1.0, drift=False)
-    order = np.argsort(np.abs(c.transverse_detuning) / np.abs(c.pump))[:2]
-    rows = {own.name: getattr(model, own.name) for own in fields(model)}
-    kept: dict[str, Any] = {
-        name: row[order] for name, row in rows.items() if isinstance(row, np.ndarray) and row.ndim == 1
-    }
-    kept["stiffening"] = model.stiffening[np.ix_(order, order)]
-    return replace(model, modes=tuple(model.modes[i] for i in order), **kept)
 
 
 class SpotCheck(NamedTuple):
@@ -197,13 +207,11 @@ def _checked(drive: Drive, growth: GrowthMap, natural: float, row: int, column: 
         growth.duration,
         torque=Sine(amplitude=torque, frequency=natural / (2 * np.pi)),
         start=Start(plucks=plucks),
-        scheme=Scheme(segments=100),
+        scheme=Scheme(segments=50),
         recording=Recording(rate=8 * natural / (2 * np.pi)),
     )
-    exact = None
-    if result.stopped is None:
-        largest = max(float(np.max(np.abs(result.midpoint(span)[:, 2]))) for span in heights)
-        exact = largest / growth.pluck
+    largest = max(float(np.max(np.abs(result.midpoint(span)[:, 2]))) for span in heights)
+    exact = largest / growth.pluck if result.stopped is None else None
     return SpotCheck(tension, torque, float(growth.growth[row, column]), exact)
 
 

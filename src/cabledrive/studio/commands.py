@@ -248,7 +248,10 @@ def disturbed(given: Form) -> list[str]:
 
 
 def _film(own: Asking) -> Asked:
-    options = own.given(torque="--torque-amplitude", frequency="--torque-frequency", pluck="--pluck-upper")
+    options = own.given(torque="--torque-amplitude", frequency="--torque-frequency")
+    if own.form.get("pluck"):
+        span = drive_of(own.desk.library, own.state).spans[0]
+        options.append(f"--pluck={span}={own.form['pluck']}")
     options += [f"--duration={own.form.get('duration') or '0.5 s'}", "--fields=1", "--animate=film.html"]
     return own.on_drive("Film of", "simulate", *options, "-o", "run.nc")
 

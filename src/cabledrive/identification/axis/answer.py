@@ -23,14 +23,7 @@ CONTRADICTION, ALIKE = 5.0, 0.005
 """Joint standard errors from which two answers contradict each other, and share of the value that is none."""
 DRIFT_ROUNDS = 3
 """Corrections of a drift between two clocks."""
-REFUSING = {
-    check.MISFIT,
-    NOT_FOLLOWED,
-    "unexplained-torque",
-    "logs-contradict",
-    "negative",
-    "residual",
-}
+REFUSING = {check.MISFIT, NOT_FOLLOWED, "unexplained-torque", "logs-contradict", "negative", "residual"}
 """Codes of findings with which no interval is given."""
 FAR, MOST = 4.0, 1e-3
 """Of the size that all but a thousandth of the samples keep within; share of the samples beyond it."""

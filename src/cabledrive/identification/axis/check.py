@@ -246,9 +246,4 @@ def against(found: Identification, alone: Identification, other: Log, options: A
         for name, one, its in pairs
         if its is not None
     }
-    return {
-        "source": other.source,
-        "open_loop": open_loop,
-        "closed_loop": closed_loop,
-        "cross_test": cross,
-    }
+    return {"source": other.source, "open_loop": open_loop, "closed_loop": closed_loop, "cross_test": cross}

@@ -192,12 +192,7 @@ def network_of(
     for piece in pieces:
         if piece.route.speed:
             waves_of_piece(piece, ACROSS)  # refuses one that runs too fast
-    network = Network(
-        motion=motion,
-        statics=statics,
-        pieces=pieces,
-        **_parts(motion),
-    )
+    network = Network(motion=motion, statics=statics, pieces=pieces, **_parts(motion))
     _check_held(network)
     return network
 
