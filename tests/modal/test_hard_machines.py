@@ -36,7 +36,7 @@ def string_of_carriages(number, contrast, kind):
 @pytest.mark.parametrize("by", [(1.0, 1e-2, 1.0), (0.064, 1.5e-3, 29.0), (2e2, 40.0, 1e-2)])
 @pytest.mark.parametrize("name", packaged_drives())
 def test_modes_do_not_depend_on_units(name, by):
-    """A machine with every mass, length and time so many times as large has the same modes by its own time."""
+    """With every mass, length and time so many times as large the modes are the same by its own time."""
     given = cd.load_drive(name)
     own, other = cd.modes(given, count=6), cd.modes(in_other_units(given, by), count=6)
     assert [(m.kind, m.multiplicity) for m in other.modes] == [(m.kind, m.multiplicity) for m in own.modes]
