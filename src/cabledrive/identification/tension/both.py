@@ -23,9 +23,14 @@ from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.time_check import quantum_of
 from cabledrive.identification.signals import difference, zero_phase
 from cabledrive.identification.tension import family_fit
-from cabledrive.identification.tension.families import Family, Proposal, proposals
+from cabledrive.identification.tension.families import OTHERWISE, Family, Proposal, matched, proposals
 from cabledrive.identification.tension.family_fit import PingTension, SpanTension
-from cabledrive.identification.tension.recording import SEARCHED, PreparedRecording, prepared_recording
+from cabledrive.identification.tension.recording import (
+    PARTIALS,
+    SEARCHED,
+    PreparedRecording,
+    prepared_recording,
+)
 from cabledrive.identification.tension.strings import channels_of, string_of
 from cabledrive.identification.tension.tones import TonesFit
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -42,6 +47,8 @@ WHOLE = (2, 3)
 BELOW = 0.5
 """Loudness of a tone at half or a third of a family's first mode, over that mode's, from which it is a first
 mode itself: a plucked span has more speed in its first mode than in its second, most points hear it."""
+BESIDE = 0.5
+"""Loudness of a decaying tone of no family, over that of the fainter family, from which it is a finding."""
 LOUDER = 1.5
 """Ratio of the loudness of both families from which the louder one is that of the plucked span."""
 
@@ -95,7 +102,8 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
     radius = drive.drive_pulley.radius
     torque = radius * (b.value - a.value) * (-1.0 if names is None else 1.0)
     mean = Estimate.of(0.5 * (a.value + b.value), "N", 0.5 * error, 0.5 * half)
-    return _answer(prepared, found, mean, Estimate.of(torque, "N m", radius * error, radius * half), lines)
+    held = Estimate.of(torque, "N m", radius * error, radius * half)
+    return _answer(prepared, fitted, found, mean, held, lines)
 
 
 def _of_one_family(
@@ -131,18 +139,22 @@ def _of_one_family(
         low, high = one.tension.low - within, one.tension.high + within
         one = replace(one, tension=replace(one.tension, standard_error=error, low=low, high=high))
     unknown = Estimate.unknown("N", line)
-    return _answer(prepared, {name: one}, unknown, replace(unknown, unit="N m"), (line,))
+    return _answer(prepared, fit, {name: one}, unknown, replace(unknown, unit="N m"), (line,))
 
 
 def _answer(
     prepared: PreparedRecording,
+    fit: TonesFit,
     found: dict[str, SpanTension],
     mean: Estimate,
     torque: Estimate,
     lines: tuple[str, ...],
 ) -> PingTension:
-    """The answer with what a single partial, or one that hardly decays, leaves open."""
-    spans = {}
+    """The answer with what a single partial, one that hardly decays, or another loud tone leaves open."""
+    spans, tones = {}, fit.tones
+    fainter = min(fit.amplitude[tones.family == k].max() for k in range(len(found)))
+    beside = (tones.number == 0) & fit.decays & (fit.amplitude > BESIDE * fainter)
+    others = ", ".join(f"{hertz:.4g}" for hertz in np.sort(tones.frequency[beside]))
     for name, one in found.items():
         findings = []
         if len(one.partials) == 1:
@@ -150,6 +162,9 @@ def _answer(
             findings.append(f"{said}: an overtone or hum would give a wrong tension")
         if not any(partial.decays for partial in one.partials):
             findings.append(f"{name}: the ping hardly decays: its frequency holds for its amplitude only")
+        if others:
+            said = f"{name}: other tones decay as well, at {others} Hz, and are no partials of what was found"
+            findings.append(f"{said}: damp what else vibrates, or pluck again, the tension may be another")
         spans[name] = replace(one, span=name, findings=tuple(findings))
     return PingTension(
         spans=spans,
@@ -164,14 +179,21 @@ def _two_families(
     prepared: PreparedRecording, pairs: tuple[Proposal, ...], plucked: str | None
 ) -> TonesFit | None:
     """The best of some assignments; None where there is none whose families are apart."""
-    clear = []
+    clear: list[tuple[float, TonesFit]] = []
     for score, families in pairs:
         fit = family_fit.fit_families(prepared, families)
-        if fit is not None and _apart(prepared, fit) and not _has_tone_below(prepared, fit):
-            cost = family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score
-            clear.append((cost, fit))
+        factor = np.ones(2) if fit is None else _misread(prepared, fit)
+        if np.any(factor != 1.0):
+            families = tuple((span, x * by) for (span, x), by in zip(families, factor.tolist(), strict=True))
+            fit = family_fit.fit_families(prepared, families)
+        if fit is None or not _apart(prepared, fit) or np.any(_misread(prepared, fit) != 1.0):
+            continue
+        cost = family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score
+        clear.append((cost, fit))
     clear.sort(key=lambda one: one[0])
     rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]
+    known = [fit.tones.scale[:2] for fit in rivals[:1]]
+    rivals[1:] = [fit for fit in rivals[1:] if not np.allclose(fit.tones.scale[:2], known, OTHERWISE)]
     if prepared.alike or len(rivals) < 2:
         return clear[0][1] if clear else None
     listed = []
@@ -207,18 +229,30 @@ def _apart(prepared: PreparedRecording, fit: TonesFit) -> bool:
     return True
 
 
-def _has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
-    """Whether a family may be every second or third mode of a lower one, whose first is among other tones."""
-    tones = fit.tones
+def _misread(prepared: PreparedRecording, fit: TonesFit) -> Array:
+    """Factor on each of two families whose partials are others of a family without gaps, shape (2,); else 1.
+
+    Every second or third mode of a lower one, where other tones are modes of that; or the modes of a higher
+    one, where their numbers have a common divisor.
+    """
+    tones, factor = fit.tones, np.ones(2)
     free = tones.number == 0
-    reach = family_fit.ABOUT * family_fit.line_widths(fit, prepared.duration)[free]
-    for first in np.flatnonzero(tones.number == 1):
-        loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
-        for whole in WHOLE:
-            distance = np.abs(tones.frequency[free] - tones.frequency[first] / whole)
-            if np.any(loud & (distance < reach)):
-                return True
-    return False
+    width = family_fit.line_widths(fit, prepared.duration)[free]
+    for place in (0, 1):
+        own = np.flatnonzero(tones.family == place)
+        modes = tones.scale[place] * prepared.factor * prepared.teeth[SPANS[place]]
+        heard = 1 + np.flatnonzero(matched(prepared.peaks, modes) >= 0)
+        if heard.size > 1:
+            factor[place] = np.gcd.reduce(heard)
+        for first in own[tones.number[own] == 1]:
+            loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
+            for whole in WHOLE:
+                lowest = tones.frequency[first] / whole
+                order = np.rint(tones.frequency[free] / lowest)
+                between = (order % whole > 0) & (order <= PARTIALS)
+                if np.any(loud & between & (np.abs(tones.frequency[free] - order * lowest) < width)):
+                    factor[place] = 1.0 / whole
+    return factor
 
 
 def _label(prepared: PreparedRecording, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:
