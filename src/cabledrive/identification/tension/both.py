@@ -22,15 +22,10 @@ from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.time_check import quantum_of
 from cabledrive.identification.signals import difference, zero_phase
-from cabledrive.identification.tension import family_fit
+from cabledrive.identification.tension import family_fit, recording
 from cabledrive.identification.tension.families import OTHERWISE, Family, Proposal, matched, proposals
 from cabledrive.identification.tension.family_fit import PingTension, SpanTension
-from cabledrive.identification.tension.recording import (
-    PARTIALS,
-    SEARCHED,
-    PreparedRecording,
-    prepared_recording,
-)
+from cabledrive.identification.tension.recording import PreparedRecording
 from cabledrive.identification.tension.strings import channels_of, string_of
 from cabledrive.identification.tension.tones import TonesFit
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -68,8 +63,8 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
     sections = {span: section if parted[span] else 0 for span in drive.spans}
     strings = {span: string_of(drive, span, own) for span, own in sections.items()}
     teeth = {span: string.modes for span, string in strings.items()}
-    prepared = prepared_recording(log, drive, channels_of(log)[0], teeth)
-    singles, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
+    prepared = recording.prepared_recording(log, drive, channels_of(log)[0], teeth)
+    singles, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(recording.SEARCHED))
     if not singles:
         raise prepared.no_tone
     fitted = _two_families(prepared, pairs, plucked)
@@ -249,7 +244,7 @@ def _misread(prepared: PreparedRecording, fit: TonesFit) -> Array:
             for whole in WHOLE:
                 lowest = tones.frequency[first] / whole
                 order = np.rint(tones.frequency[free] / lowest)
-                between = (order % whole > 0) & (order <= PARTIALS)
+                between = (order % whole > 0) & (order <= recording.PARTIALS)
                 if np.any(loud & between & (np.abs(tones.frequency[free] - order * lowest) < width)):
                     factor[place] = 1.0 / whole
     return factor

@@ -158,11 +158,7 @@ def _tones(prepared: PreparedRecording, families: tuple[Family, ...]) -> Tones:
     scale = [factor for _, factor in families]
     taken = [matched(peaks, x * own) for x, own in zip(scale, teeth, strict=True)]
     taken = [np.where((one >= 0) & prepared.falling[one], one, -1) for one in taken]
-    shared = (
-        taken[0][:PARTIALS]
-        if len(families) == 1
-        else np.intersect1d(taken[0][:PARTIALS], taken[1][:PARTIALS])
-    )
+    shared = np.intersect1d(taken[0][:PARTIALS], taken[-1][:PARTIALS])  # of one family: all
     for place, (one, own) in enumerate(zip(taken, teeth, strict=True)):
         found = np.flatnonzero(one[:PARTIALS] >= 0)
         explained[one[found]] = True
