@@ -132,8 +132,8 @@ def kalman_filter(
         if not np.all(np.isfinite(gains)):
             raise InputRefused(f"{len(encoders)} encoders do not show the whole drive: fit the load encoder")
     # no steeper than what takes a speed away within a sample: friction would reverse it each time
-    steepest = 1.0 / max(chain.coulomb[0] * abs(inputs[n, 3]), 1e-300)
-    friction = chain.coulomb[0], min(tuning.friction_slope, steepest), chain.offsets[0]
+    slope = min(tuning.friction_slope, 1.0 / max(chain.coulomb[0] * abs(inputs[n, 3]), 1e-300))
+    friction = chain.coulomb[0], slope, chain.offsets[0]
     return ObserverNumbers(
         kind=KALMAN,
         chosen=np.array([*chosen, *(n + i for i in chosen)], dtype=np.int64),

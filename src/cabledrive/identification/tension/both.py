@@ -41,9 +41,8 @@ CLEARLY = 10.0
 WHOLE = (2, 3)
 BELOW = 0.5
 """Loudness of a tone at half or a third of a family's first mode, over that mode's, from which it is a first
-mode itself: a plucked span has more speed in its first mode than in its second, most points hear it."""
-BESIDE = 0.5
-"""Loudness of a decaying tone of no family, over that of the fainter family, from which it is a finding."""
+mode itself: a plucked span has more speed in its first mode than in its second, most points hear it; of a
+decaying tone of no family, over the fainter family's, from which it is a finding."""
 LOUDER = 1.5
 """Ratio of the loudness of both families from which the louder one is that of the plucked span."""
 
@@ -113,17 +112,15 @@ def _of_one_family(
     within = 2.0 * one.tension.value * one.line_width / loudest
     tone = f"{loudest:.4g} Hz, lines {one.line_width:.2g} Hz wide"
     other = SPANS[1 - SPANS.index(one.span)]
+    remedy = "record longer, or damp one span and record the other alone"
     if overlapping and alike:
         line = (
             f"two families of partials within a line width ({tone}): both tensions lie within {within:.2g} N "
-            "and cannot be separated; record longer, or damp one span and record the other alone"
         )
+        line += f"and cannot be separated; {remedy}"
     elif overlapping:
-        line = (
-            f"the partials ({tone}) are those of the {one.span} span, but another tone lies within a line "
-            f"width of them: the {other} span is not identifiable; record longer, or damp one and record "
-            "the other alone"
-        )
+        line = f"the partials ({tone}) are those of the {one.span} span, but another tone lies within a line "
+        line += f"width of them: the {other} span is not identifiable; {remedy}"
     elif alike:
         line = f"one family of partials only ({tone}): either only one span vibrates, "
         line += f"or both have the same tension within {within:.2g} N; pluck the other span and record again"
@@ -146,10 +143,9 @@ def _answer(
     lines: tuple[str, ...],
 ) -> PingTension:
     """The answer with what a single partial, one that hardly decays, or another loud tone leaves open."""
-    spans, tones = {}, fit.tones
-    fainter = min(fit.amplitude[tones.family == k].max() for k in range(len(found)))
-    beside = (tones.number == 0) & fit.decays & (fit.amplitude > BESIDE * fainter)
-    others = ", ".join(f"{hertz:.4g}" for hertz in np.sort(tones.frequency[beside]))
+    spans, fainter = {}, min(fit.amplitude[fit.tones.family == k].max() for k in range(len(found)))
+    beside = (fit.tones.number == 0) & fit.decays & (fit.amplitude > BELOW * fainter)
+    others = ", ".join(f"{hertz:.4g}" for hertz in np.sort(fit.tones.frequency[beside]))
     for name, one in found.items():
         findings = []
         if len(one.partials) == 1:
@@ -162,11 +158,7 @@ def _answer(
             findings.append(f"{said}: damp what else vibrates, or pluck again, the tension may be another")
         spans[name] = replace(one, span=name, findings=tuple(findings))
     return PingTension(
-        spans=spans,
-        report=prepared.log.report,
-        pretension=mean,
-        standing_torque=torque,
-        unidentifiable=lines,
+        spans=spans, report=prepared.log.report, pretension=mean, standing_torque=torque, unidentifiable=lines
     )
 
 
@@ -183,28 +175,23 @@ def _two_families(
             fit = family_fit.fit_families(prepared, families)
         if fit is None or not _apart(prepared, fit) or np.any(_misread(prepared, fit) != 1.0):
             continue
-        cost = family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score
-        clear.append((cost, fit))
+        clear.append((family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score, fit))
     clear.sort(key=lambda one: one[0])
     rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]
-    known = [fit.tones.scale[:2] for fit in rivals[:1]]
-    rivals[1:] = [fit for fit in rivals[1:] if not np.allclose(fit.tones.scale[:2], known, OTHERWISE)]
+    like = [np.allclose(fit.tones.scale[:2], rivals[0].tones.scale[:2], OTHERWISE) for fit in rivals]
+    rivals = rivals[:1] + [fit for fit, same in zip(rivals, like, strict=True) if not same]
     if prepared.alike or len(rivals) < 2:
         return clear[0][1] if clear else None
-    listed = []
-    for fit in rivals[:2]:
-        upper, lower = (fit.tones.scale[k] * prepared.factor * prepared.teeth[SPANS[k]][0] for k in (0, 1))
-        listed.append(f"first modes at {upper:.4g} Hz (upper) and {lower:.4g} Hz (lower)")
+    firsts = prepared.factor * np.array([prepared.teeth[span][0] for span in SPANS])
+    words = "first modes at {:.4g} Hz (upper) and {:.4g} Hz (lower)".format
+    listed = " or ".join(words(*(fit.tones.scale[:2] * firsts)) for fit in rivals[:2])
     if plucked is not None:
         index = SPANS.index(plucked)
         rivals = [one for one in rivals if _strength(one, index) > LOUDER * _strength(one, 1 - index)]
         if len(rivals) == 1:
             return rivals[0]
-    raise NotComputed(
-        f"{prepared.channel}: two assignments of the partials fit equally well, {' or '.join(listed)}: "
-        "pluck so that more partials are excited, or name the plucked span "
-        "(--plucked)"
-    )
+    said = f"{prepared.channel}: two assignments of the partials fit equally well, {listed}"
+    raise NotComputed(f"{said}: pluck so that more partials sound, or name the plucked span (--plucked)")
 
 
 def _strength(fit: TonesFit, family: int) -> float:
@@ -216,8 +203,7 @@ def _apart(prepared: PreparedRecording, fit: TonesFit) -> bool:
     """Whether each of two families has a partial more than a line width from every mode of the other."""
     tones, width = fit.tones, family_fit.line_widths(fit, prepared.duration)
     for one, two in ((0, 1), (1, 0)):
-        own = np.flatnonzero(tones.family == one)
-        others = tones.scale[two] * prepared.factor * prepared.teeth[SPANS[two]]
+        own, others = tones.family == one, tones.scale[two] * prepared.factor * prepared.teeth[SPANS[two]]
         distance = np.abs(tones.frequency[own][:, None] - others).min(axis=1)
         if not np.any(distance > width[own]):
             return False
@@ -225,27 +211,20 @@ def _apart(prepared: PreparedRecording, fit: TonesFit) -> bool:
 
 
 def _misread(prepared: PreparedRecording, fit: TonesFit) -> Array:
-    """Factor on each of two families whose partials are others of a family without gaps, shape (2,); else 1.
-
-    Every second or third mode of a lower one, where other tones are modes of that; or the modes of a higher
-    one, where their numbers have a common divisor.
-    """
-    tones, factor = fit.tones, np.ones(2)
-    free = tones.number == 0
-    width = family_fit.line_widths(fit, prepared.duration)[free]
+    """Factor on each family, shape (2,): other tones are modes of a lower one, or numbers have a divisor."""
+    tones, factor, free = fit.tones, np.ones(2), fit.tones.number == 0
+    hertz, width = tones.frequency[free], family_fit.line_widths(fit, prepared.duration)[free]
     for place in (0, 1):
         own = np.flatnonzero(tones.family == place)
         modes = tones.scale[place] * prepared.factor * prepared.teeth[SPANS[place]]
         heard = 1 + np.flatnonzero(matched(prepared.peaks, modes) >= 0)
-        if heard.size > 1:
-            factor[place] = np.gcd.reduce(heard)
+        factor[place] = np.gcd.reduce(heard) if heard.size > 1 else 1.0
         for first in own[tones.number[own] == 1]:
             loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
             for whole in WHOLE:
-                lowest = tones.frequency[first] / whole
-                order = np.rint(tones.frequency[free] / lowest)
-                between = (order % whole > 0) & (order <= recording.PARTIALS)
-                if np.any(loud & between & (np.abs(tones.frequency[free] - order * lowest) < width)):
+                order = np.rint(whole * hertz / tones.frequency[first])
+                near = np.abs(hertz - order * tones.frequency[first] / whole) < width
+                if np.any(loud & near & (order % whole > 0) & (order <= recording.PARTIALS)):
                     factor[place] = 1.0 / whole
     return factor
 

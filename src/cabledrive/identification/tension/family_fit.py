@@ -152,8 +152,7 @@ def excess(prepared: PreparedRecording, fit: TonesFit, family: int) -> float:
 
 def _tones(prepared: PreparedRecording, families: tuple[Family, ...]) -> Tones:
     """The tones to begin with: modes that have a peak, and the loudest peaks that belong to none."""
-    rows, peaks = [], prepared.peaks
-    explained = np.zeros(peaks.frequency.size, dtype=bool)
+    rows, peaks, explained = [], prepared.peaks, np.zeros(prepared.peaks.frequency.size, dtype=bool)
     teeth = [prepared.factor * prepared.teeth[span] for span, _ in families]
     scale = [factor for _, factor in families]
     taken = [matched(peaks, x * own) for x, own in zip(scale, teeth, strict=True)]
