@@ -61,7 +61,7 @@ class KalmanTuning:
     """Of the rate of each offset, from the motor's encoder on; the last encoder has none [rad^2/s]. None at
     all where empty."""
     cancels: bool = False  # whether the law subtracts the estimated disturbance
-    friction_slope: float = 20.0  # K of c tanh(K w) in the friction taken off the torque [s/rad]
+    friction_slope: float = 20.0  # K of c tanh(K w) in the friction taken off the torque, at most [s/rad]
 
 
 QUIET = KalmanTuning()
@@ -131,7 +131,9 @@ def kalman_filter(
         gains = _recursion(output.shape, *(part.tobytes() for part in parts)).copy()
         if not np.all(np.isfinite(gains)):
             raise InputRefused(f"{len(encoders)} encoders do not show the whole drive: fit the load encoder")
-    friction = chain.coulomb[0], tuning.friction_slope, chain.offsets[0]
+    # no steeper than what takes a speed away within a sample: friction would reverse it each time
+    slope = min(tuning.friction_slope, 1.0 / max(chain.coulomb[0] * abs(inputs[n, 3]), 1e-300))
+    friction = chain.coulomb[0], slope, chain.offsets[0]
     return ObserverNumbers(
         kind=KALMAN,
         chosen=np.array([*chosen, *(n + i for i in chosen)], dtype=np.int64),

@@ -22,10 +22,10 @@ from cabledrive.identification.estimates import Estimate
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.logs.time_check import quantum_of
 from cabledrive.identification.signals import difference, zero_phase
-from cabledrive.identification.tension import family_fit
-from cabledrive.identification.tension.families import Family, Proposal, proposals
+from cabledrive.identification.tension import family_fit, recording
+from cabledrive.identification.tension.families import OTHERWISE, Family, Proposal, matched, proposals
 from cabledrive.identification.tension.family_fit import PingTension, SpanTension
-from cabledrive.identification.tension.recording import SEARCHED, PreparedRecording, prepared_recording
+from cabledrive.identification.tension.recording import PreparedRecording
 from cabledrive.identification.tension.strings import channels_of, string_of
 from cabledrive.identification.tension.tones import TonesFit
 from cabledrive.parameters import Drive, InputRefused, NotComputed
@@ -41,7 +41,8 @@ CLEARLY = 10.0
 WHOLE = (2, 3)
 BELOW = 0.5
 """Loudness of a tone at half or a third of a family's first mode, over that mode's, from which it is a first
-mode itself: a plucked span has more speed in its first mode than in its second, most points hear it."""
+mode itself: a plucked span has more speed in its first mode than in its second, most points hear it; of a
+decaying tone of no family, over the fainter family's, from which it is a finding."""
 LOUDER = 1.5
 """Ratio of the loudness of both families from which the louder one is that of the plucked span."""
 
@@ -61,8 +62,8 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
     sections = {span: section if parted[span] else 0 for span in drive.spans}
     strings = {span: string_of(drive, span, own) for span, own in sections.items()}
     teeth = {span: string.modes for span, string in strings.items()}
-    prepared = prepared_recording(log, drive, channels_of(log)[0], teeth)
-    singles, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(SEARCHED))
+    prepared = recording.prepared_recording(log, drive, channels_of(log)[0], teeth)
+    singles, pairs = proposals(prepared.peaks, prepared.teeth, prepared.factor, sqrt(recording.SEARCHED))
     if not singles:
         raise prepared.no_tone
     fitted = _two_families(prepared, pairs, plucked)
@@ -95,7 +96,8 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
     radius = drive.drive_pulley.radius
     torque = radius * (b.value - a.value) * (-1.0 if names is None else 1.0)
     mean = Estimate.of(0.5 * (a.value + b.value), "N", 0.5 * error, 0.5 * half)
-    return _answer(prepared, found, mean, Estimate.of(torque, "N m", radius * error, radius * half), lines)
+    held = Estimate.of(torque, "N m", radius * error, radius * half)
+    return _answer(prepared, fitted, found, mean, held, lines)
 
 
 def _of_one_family(
@@ -110,17 +112,15 @@ def _of_one_family(
     within = 2.0 * one.tension.value * one.line_width / loudest
     tone = f"{loudest:.4g} Hz, lines {one.line_width:.2g} Hz wide"
     other = SPANS[1 - SPANS.index(one.span)]
+    remedy = "record longer, or damp one span and record the other alone"
     if overlapping and alike:
         line = (
             f"two families of partials within a line width ({tone}): both tensions lie within {within:.2g} N "
-            "and cannot be separated; record longer, or damp one span and record the other alone"
         )
+        line += f"and cannot be separated; {remedy}"
     elif overlapping:
-        line = (
-            f"the partials ({tone}) are those of the {one.span} span, but another tone lies within a line "
-            f"width of them: the {other} span is not identifiable; record longer, or damp one and record "
-            "the other alone"
-        )
+        line = f"the partials ({tone}) are those of the {one.span} span, but another tone lies within a line "
+        line += f"width of them: the {other} span is not identifiable; {remedy}"
     elif alike:
         line = f"one family of partials only ({tone}): either only one span vibrates, "
         line += f"or both have the same tension within {within:.2g} N; pluck the other span and record again"
@@ -131,18 +131,21 @@ def _of_one_family(
         low, high = one.tension.low - within, one.tension.high + within
         one = replace(one, tension=replace(one.tension, standard_error=error, low=low, high=high))
     unknown = Estimate.unknown("N", line)
-    return _answer(prepared, {name: one}, unknown, replace(unknown, unit="N m"), (line,))
+    return _answer(prepared, fit, {name: one}, unknown, replace(unknown, unit="N m"), (line,))
 
 
 def _answer(
     prepared: PreparedRecording,
+    fit: TonesFit,
     found: dict[str, SpanTension],
     mean: Estimate,
     torque: Estimate,
     lines: tuple[str, ...],
 ) -> PingTension:
-    """The answer with what a single partial, or one that hardly decays, leaves open."""
-    spans = {}
+    """The answer with what a single partial, one that hardly decays, or another loud tone leaves open."""
+    spans, fainter = {}, min(fit.amplitude[fit.tones.family == k].max() for k in range(len(found)))
+    beside = (fit.tones.number == 0) & fit.decays & (fit.amplitude > BELOW * fainter)
+    others = ", ".join(f"{hertz:.4g}" for hertz in np.sort(fit.tones.frequency[beside]))
     for name, one in found.items():
         findings = []
         if len(one.partials) == 1:
@@ -150,13 +153,12 @@ def _answer(
             findings.append(f"{said}: an overtone or hum would give a wrong tension")
         if not any(partial.decays for partial in one.partials):
             findings.append(f"{name}: the ping hardly decays: its frequency holds for its amplitude only")
+        if others:
+            said = f"{name}: other tones decay as well, at {others} Hz, and are no partials of what was found"
+            findings.append(f"{said}: damp what else vibrates, or pluck again, the tension may be another")
         spans[name] = replace(one, span=name, findings=tuple(findings))
     return PingTension(
-        spans=spans,
-        report=prepared.log.report,
-        pretension=mean,
-        standing_torque=torque,
-        unidentifiable=lines,
+        spans=spans, report=prepared.log.report, pretension=mean, standing_torque=torque, unidentifiable=lines
     )
 
 
@@ -164,30 +166,32 @@ def _two_families(
     prepared: PreparedRecording, pairs: tuple[Proposal, ...], plucked: str | None
 ) -> TonesFit | None:
     """The best of some assignments; None where there is none whose families are apart."""
-    clear = []
+    clear: list[tuple[float, TonesFit]] = []
     for score, families in pairs:
         fit = family_fit.fit_families(prepared, families)
-        if fit is not None and _apart(prepared, fit) and not _has_tone_below(prepared, fit):
-            cost = family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score
-            clear.append((cost, fit))
+        factor = np.ones(2) if fit is None else _misread(prepared, fit)
+        if np.any(factor != 1.0):
+            families = tuple((span, x * by) for (span, x), by in zip(families, factor.tolist(), strict=True))
+            fit = family_fit.fit_families(prepared, families)
+        if fit is None or not _apart(prepared, fit) or np.any(_misread(prepared, fit) != 1.0):
+            continue
+        clear.append((family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score, fit))
     clear.sort(key=lambda one: one[0])
     rivals = [fit for cost, fit in clear if cost < clear[0][0] + CLEARLY]
+    like = [np.allclose(fit.tones.scale[:2], rivals[0].tones.scale[:2], OTHERWISE) for fit in rivals]
+    rivals = rivals[:1] + [fit for fit, same in zip(rivals, like, strict=True) if not same]
     if prepared.alike or len(rivals) < 2:
         return clear[0][1] if clear else None
-    listed = []
-    for fit in rivals[:2]:
-        upper, lower = (fit.tones.scale[k] * prepared.factor * prepared.teeth[SPANS[k]][0] for k in (0, 1))
-        listed.append(f"first modes at {upper:.4g} Hz (upper) and {lower:.4g} Hz (lower)")
+    firsts = prepared.factor * np.array([prepared.teeth[span][0] for span in SPANS])
+    words = "first modes at {:.4g} Hz (upper) and {:.4g} Hz (lower)".format
+    listed = " or ".join(words(*(fit.tones.scale[:2] * firsts)) for fit in rivals[:2])
     if plucked is not None:
         index = SPANS.index(plucked)
         rivals = [one for one in rivals if _strength(one, index) > LOUDER * _strength(one, 1 - index)]
         if len(rivals) == 1:
             return rivals[0]
-    raise NotComputed(
-        f"{prepared.channel}: two assignments of the partials fit equally well, {' or '.join(listed)}: "
-        "pluck so that more partials are excited, or name the plucked span "
-        "(--plucked)"
-    )
+    said = f"{prepared.channel}: two assignments of the partials fit equally well, {listed}"
+    raise NotComputed(f"{said}: pluck so that more partials sound, or name the plucked span (--plucked)")
 
 
 def _strength(fit: TonesFit, family: int) -> float:
@@ -199,26 +203,30 @@ def _apart(prepared: PreparedRecording, fit: TonesFit) -> bool:
     """Whether each of two families has a partial more than a line width from every mode of the other."""
     tones, width = fit.tones, family_fit.line_widths(fit, prepared.duration)
     for one, two in ((0, 1), (1, 0)):
-        own = np.flatnonzero(tones.family == one)
-        others = tones.scale[two] * prepared.factor * prepared.teeth[SPANS[two]]
+        own, others = tones.family == one, tones.scale[two] * prepared.factor * prepared.teeth[SPANS[two]]
         distance = np.abs(tones.frequency[own][:, None] - others).min(axis=1)
         if not np.any(distance > width[own]):
             return False
     return True
 
 
-def _has_tone_below(prepared: PreparedRecording, fit: TonesFit) -> bool:
-    """Whether a family may be every second or third mode of a lower one, whose first is among other tones."""
-    tones = fit.tones
-    free = tones.number == 0
-    reach = family_fit.ABOUT * family_fit.line_widths(fit, prepared.duration)[free]
-    for first in np.flatnonzero(tones.number == 1):
-        loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
-        for whole in WHOLE:
-            distance = np.abs(tones.frequency[free] - tones.frequency[first] / whole)
-            if np.any(loud & (distance < reach)):
-                return True
-    return False
+def _misread(prepared: PreparedRecording, fit: TonesFit) -> Array:
+    """Factor on each family, shape (2,): other tones are modes of a lower one, or numbers have a divisor."""
+    tones, factor, free = fit.tones, np.ones(2), fit.tones.number == 0
+    hertz, width = tones.frequency[free], family_fit.line_widths(fit, prepared.duration)[free]
+    for place in (0, 1):
+        own = np.flatnonzero(tones.family == place)
+        modes = tones.scale[place] * prepared.factor * prepared.teeth[SPANS[place]]
+        heard = 1 + np.flatnonzero(matched(prepared.peaks, modes) >= 0)
+        factor[place] = np.gcd.reduce(heard) if heard.size > 1 else 1.0
+        for first in own[tones.number[own] == 1]:
+            loud = fit.amplitude[free] > BELOW * fit.amplitude[first]
+            for whole in WHOLE:
+                order = np.rint(whole * hertz / tones.frequency[first])
+                near = np.abs(hertz - order * tones.frequency[first] / whole) < width
+                if np.any(loud & near & (order % whole > 0) & (order <= recording.PARTIALS)):
+                    factor[place] = 1.0 / whole
+    return factor
 
 
 def _label(prepared: PreparedRecording, fit: TonesFit, plucked: str | None) -> tuple[str, str] | None:

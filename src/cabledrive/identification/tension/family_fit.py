@@ -152,21 +152,24 @@ def excess(prepared: PreparedRecording, fit: TonesFit, family: int) -> float:
 
 def _tones(prepared: PreparedRecording, families: tuple[Family, ...]) -> Tones:
     """The tones to begin with: modes that have a peak, and the loudest peaks that belong to none."""
-    rows, explained = [], np.zeros(prepared.peaks.frequency.size, dtype=bool)
-    overtone = np.zeros(explained.size, dtype=np.intp)  # its number above `PARTIALS`, 0 where it is none
-    for place, (span, factor) in enumerate(families):
-        teeth = prepared.factor * prepared.teeth[span]
-        taken = matched(prepared.peaks, factor * teeth)
-        taken = np.where((taken >= 0) & prepared.falling[taken], taken, -1)
-        if len(families) == 1:  # the many modes of two families lie near any tone
-            above = np.flatnonzero(taken[PARTIALS:] >= 0) + PARTIALS
-            overtone[taken[above]] = above + 1
-        explained[taken[:PARTIALS][taken[:PARTIALS] >= 0]] = True
-        rows += [(place, teeth[k], k + 1) for k in range(PARTIALS) if taken[k] >= 0]
+    rows, peaks, explained = [], prepared.peaks, np.zeros(prepared.peaks.frequency.size, dtype=bool)
+    teeth = [prepared.factor * prepared.teeth[span] for span, _ in families]
+    scale = [factor for _, factor in families]
+    taken = [matched(peaks, x * own) for x, own in zip(scale, teeth, strict=True)]
+    taken = [np.where((one >= 0) & prepared.falling[one], one, -1) for one in taken]
+    shared = np.intersect1d(taken[0][:PARTIALS], taken[-1][:PARTIALS])  # of one family: all
+    for place, (one, own) in enumerate(zip(taken, teeth, strict=True)):
+        found = np.flatnonzero(one[:PARTIALS] >= 0)
+        explained[one[found]] = True
+        rows += [(place, own[k], k + 1) for k in found.tolist()]
+        found = found[~np.isin(one[found], shared)]
+        if found.size:  # a peak of the other family may have proposed the factor
+            ratios, loud = peaks.frequency[one[found]] / own[found], peaks.amplitude[one[found]]
+            scale[place] = float(np.quantile(ratios, 0.5, weights=loud, method="inverted_cdf"))
     others = np.flatnonzero(~explained)
-    others = others[np.argsort(prepared.peaks.amplitude[others])[::-1][:MOST_OTHERS]]
-    scale = [factor for _, factor in families] + [1.0] * others.size
-    rows += [(len(families) + k, prepared.peaks.frequency[p], overtone[p]) for k, p in enumerate(others)]
+    others = others[np.argsort(peaks.amplitude[others])[::-1][:MOST_OTHERS]]
+    scale += [1.0] * others.size
+    rows += [(len(families) + k, peaks.frequency[p], 0) for k, p in enumerate(others)]
     family, tooth, number = zip(*rows, strict=True)
     return Tones(
         family=np.array(family, dtype=np.intp),
@@ -196,7 +199,7 @@ def fit_families(
         own = fit.tones.family == k
         if not (np.sum(own) > 1 or fit.resolved[own].any()):
             return None
-    return fit
+    return with_overtones(prepared, fit)
 
 
 def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit:
@@ -226,6 +229,17 @@ def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit
     if kept.all():
         return more
     return fit_tones(prepared.values, prepared.interval, more.tones.only(kept), prepared.power)
+
+
+def with_overtones(prepared: PreparedRecording, fit: TonesFit) -> TonesFit:
+    """The fit with tones beside its families that are modes above `PARTIALS` of one, within a line width."""
+    tones, number = fit.tones, fit.tones.number.copy()
+    width = float(np.median(line_widths(fit, prepared.duration)[number > 0]))
+    for scale, teeth in zip(tones.scale, prepared.teeth.values(), strict=False):
+        distance = np.abs(tones.frequency[:, None] - scale * prepared.factor * teeth[PARTIALS:])
+        near = (tones.number == 0) & (distance.min(axis=1) < width)
+        number[near] = PARTIALS + 1 + np.argmin(distance[near], axis=1)
+    return replace(fit, tones=replace(tones, number=number))
 
 
 def criterion(fit: TonesFit, interval: float) -> float:
