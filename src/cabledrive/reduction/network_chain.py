@@ -44,6 +44,7 @@ MOST_STRINGS = 0.2
 """Largest contribution of transverse vibrations of the spans there."""
 LOSS_FACTOR = 0.02
 """Of both models when they are compared: one per cent of critical damping."""
+_ONE = "unlike motors, or a rope askew to a slide (see `check`), leave them one motion: the axes do not split"
 _SAME = 1e-9
 _FREQUENCIES = 400
 
@@ -171,13 +172,14 @@ def _chain(
     load = _load_of(network, shapes[:, 0], who)
     felt = np.vstack([turn, network.motion.dense(load)])
     neglected, strings = _left_out(network, spectrum, squares, shapes, felt)
-    cross, other = 0.0, None  # what another motion moves as its own load
+    cross, other = 0.0, None
     if across is not None:
         rigid = spectrum.rigid_body_modes
         free = _split(*modes_at_rest(network, np.zeros((0, turn.size))), rigid, count, felt)
         cross = float(np.abs(_chain_rows(*free[:2], turn, across[0][None])[1]).max())
-        if across[1] is not None and (moved := _load_of(network, across[1], who)) != load:
-            other = moved
+        other = None if across[1] is None else _load_of(network, across[1], who)
+        if other == load:
+            raise InputRefused(_ONE)
     if across is not None and other is not None and cross > MOST_CROSS:
         still = modes_at_rest(network, np.vstack([across[0], network.motion.dense(other)]))
         squares, shapes, neglected = _split(*still, rigid - 1, count, felt)
@@ -231,14 +233,11 @@ def modes_at_rest(network: Network, held: Array) -> tuple[Array, Array]:
     return squares, free @ shapes
 
 
-_STRAINED = "a rope askew to a slide makes a rigid motion a slow mode, see `check`: the axes do not split"
-
-
 def _split(squares: Array, shapes: Array, rigid: int, count: int, rows: Array) -> tuple[Array, Array, float]:
     """Of all modes the rigid one and those that the motor (row 0) feels most; largest part of the rest."""
     first = _merged(rows[0], shapes[:, :rigid])
     if first is None:
-        raise InputRefused(_STRAINED)
+        raise InputRefused(_ONE)
     squares, shapes = np.append(0.0, squares[rigid:]), np.column_stack([first, shapes[:, rigid:]])
     felt = np.argsort((rows[0] @ shapes[:, 1:]) ** 2 / squares[1:]) + 1
     kept = np.append(0, np.sort(felt[-count:]))
@@ -271,7 +270,7 @@ def _kept_modes(
     merged = [(square, _merged(turn, group)) for square, group, _ in groups]
     modes = [(square, shape) for square, shape in merged if shape is not None]
     if len(modes) < count:
-        raise InputRefused(_STRAINED)
+        raise InputRefused(_ONE)
     modes.sort(key=lambda mode: float((turn @ mode[1]) ** 2 / mode[0]))
     kept = sorted(modes[-count:], key=lambda mode: mode[0])
     return np.array([0.0, *(square for square, _ in kept)]), np.column_stack([first, *(x for _, x in kept)])
