@@ -199,7 +199,7 @@ def fit_families(
         own = fit.tones.family == k
         if not (np.sum(own) > 1 or fit.resolved[own].any()):
             return None
-    return with_overtones(prepared, fit)
+    return with_overtones(prepared, fit, families)
 
 
 def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit:
@@ -231,12 +231,14 @@ def with_silent_partials(prepared: PreparedRecording, fit: TonesFit) -> TonesFit
     return fit_tones(prepared.values, prepared.interval, more.tones.only(kept), prepared.power)
 
 
-def with_overtones(prepared: PreparedRecording, fit: TonesFit) -> TonesFit:
+def with_overtones(prepared: PreparedRecording, fit: TonesFit, families: tuple[Family, ...]) -> TonesFit:
     """The fit with tones beside its families that are modes above `PARTIALS` of one, within a line width."""
     tones, number = fit.tones, fit.tones.number.copy()
     width = float(np.median(line_widths(fit, prepared.duration)[number > 0]))
-    for scale, teeth in zip(tones.scale, prepared.teeth.values(), strict=False):
-        distance = np.abs(tones.frequency[:, None] - scale * prepared.factor * teeth[PARTIALS:])
+    for scale, (span, _) in zip(tones.scale, families, strict=False):
+        distance = np.abs(
+            tones.frequency[:, None] - scale * prepared.factor * prepared.teeth[span][PARTIALS:]
+        )
         near = (tones.number == 0) & (distance.min(axis=1) < width)
         number[near] = PARTIALS + 1 + np.argmin(distance[near], axis=1)
     return replace(fit, tones=replace(tones, number=number))
