@@ -168,7 +168,7 @@ def axis_notes(drive: Drive) -> tuple[str, ...]:
     unit = "m/rad, and its angle here is its place over that" if axis.slides else "rad/rad"
     coupled = [axis.words["coupled"]] if axis.words["coupled"] else []
     return (
-        f"axis {axis.load} of a machine with routes, {axis.gain:.6g} {unit}; lumped chain, links linear",
+        f"axis {axis.load} of a machine, {axis.gain:.6g} {unit}; lumped chain, links linear",
         f"slack from {axis.words['slack_torque']:.4g} N m on either way, where the first span can be slack",
         *coupled,
     )
