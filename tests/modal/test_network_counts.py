@@ -1,6 +1,7 @@
 """Counts and modes of networks against finite elements that know no wave formula: still, moving, elastic."""
 
 from dataclasses import replace
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,9 @@ import pytest
 from machines import alone, listed
 
 from cabledrive.modal import rows, runs
+from cabledrive.modal.component import Component, Fixed
+from cabledrive.modal.elements import ALONG, Wave
+from cabledrive.modal.rows import MASS, SPRING
 from network_samples import random_elastic_network, random_hanging_network, random_network
 from oracles.network_fem import matrices, natural_frequencies
 from oracles.rope_fem import frequencies, with_ropes
@@ -206,3 +210,58 @@ def test_long_runs_keep_the_signs_of_eigenvalues_and_solve():
             counted += 1
             np.testing.assert_allclose(own[lane] @ solved[:, lane], x[:, lane], atol=1e-6)
     assert counted > 100
+
+
+def rank(rows):
+    """Rank of a matrix of fractions, exact."""
+    left, found = [list(row) for row in rows], 0
+    for column in range(len(left[0])):
+        place = next((k for k in range(found, len(left)) if left[k][column]), None)
+        if place is None:
+            continue
+        left[found], left[place] = left[place], left[found]
+        for row in left[found + 1 :]:
+            share = row[column] / left[found][column]
+            row[:] = [one - share * other for one, other in zip(row, left[found], strict=True)]
+        found += 1
+    return found
+
+
+@pytest.mark.parametrize("decades", [0, 2, 6])
+def test_motions_that_strain_nothing_are_counted_in_whatever_units_coordinates_have(decades):
+    """Ropes and springs between coordinates, most of them a tree: what is left of their exact rank.
+
+    Ratios of hundredths between 0.2 and 3; each coordinate then in units that many decades either way.
+    """
+    rng = np.random.default_rng(decades)
+
+    def moved(coordinate, size):
+        row = np.zeros(size)
+        row[coordinate] = round(float(rng.uniform(0.2, 3.0)), 2) * rng.choice([1.0, -1.0])
+        return row
+
+    for _ in range(300):
+        n = int(rng.integers(2, 9))
+        order, units = rng.permutation(n), 10.0 ** rng.uniform(-decades, decades, n)
+        pairs = [
+            (order[k], order[k + 1 if rng.random() < 0.8 else rng.integers(k + 1)]) for k in range(n - 1)
+        ]
+        pairs += [tuple(rng.integers(n, size=2)) for _ in range(rng.integers(3))]
+        ends = [(moved(a, n), moved(b, n)) for a, b in pairs]
+        ends += [(moved(rng.integers(n), n), np.zeros(n))] * int(rng.random() < 0.3)
+        joints = [np.eye(n)[a] - np.eye(n)[b] for a, b in rng.integers(n, size=(int(rng.integers(2)), 2))]
+        strains = [start - end for start, end in ends] + joints
+        exact = [[Fraction(str(round(float(one), 2))) for one in row] for row in strains]
+        waves = [
+            Wave(row_of(start * units), row_of(end * units), rng.uniform(0.3, 3.0), 1e-2, (number, ALONG))
+            for number, (start, end) in enumerate(ends)
+        ]
+        masses = [
+            Fixed(MASS, own, ((i, 1.0),)) for i, own in enumerate(10 ** rng.uniform(-3, 3, n) * units**2)
+        ]
+        springs = [Fixed(SPRING, 10.0 ** rng.uniform(-2, 4), row_of(own * units)) for own in joints]
+        assert Component(range(n), [*waves, *masses, *springs]).rigid == n - rank(exact)
+
+
+def row_of(values):
+    return tuple((i, float(value)) for i, value in enumerate(values) if value)
