@@ -18,6 +18,7 @@ from cabledrive.studies.mode_map import SAME, Grid, distinct, map_modes
 from cabledrive.studies.motion_snapshot import Snapshot, tracked
 from network_samples import as_routes
 from oracles.route_fem import frequencies_of_route
+from other_units import in_other_units
 
 BED = {"head.x": [0.06, 0.21, 0.36], "beam.y": [0.05, 0.33]}
 
@@ -85,11 +86,21 @@ def test_a_beam_at_a_speed_leaves_the_head_on_it_at_rest():
     drive = varied_together(drive, {"pulley.motor b.radius": second})
     for moving, still, sign in (("beam.y", "head.x", -1.0), ("head.x", "beam.y", 1.0)):
         found = rates(drive, moving)
-        assert found[still] == pytest.approx(0.0, abs=1e-9)
+        assert found[still] == pytest.approx(0.0, abs=1e-8)
         assert found["motor a"] == pytest.approx(sign / first, rel=1e-4)
         assert found["motor b"] == pytest.approx(1.0 / second, rel=1e-3)
     with pytest.raises(cd.InputRefused, match=r"motor a moves with several of beam\.y, head\.x"):
         rates(drive, "motor a")
+
+
+@pytest.mark.parametrize("length", [1e-3, 1e3])
+def test_the_rates_of_a_machine_do_not_depend_on_units(length):
+    """A head that moves in small units was said to strain a rope."""
+    drive = cd.load_drive("corexy")
+    own, other = rates(drive, "head.x"), rates(in_other_units(drive, (1.0, length, 1.0)), "head.x")
+    assert {name: rate for name, rate in other.items() if "." in name} == pytest.approx(
+        {name: rate for name, rate in own.items() if "." in name}, abs=1e-8
+    )
 
 
 SHEAVE = Order(name="sheave", pulley="traction sheave")

@@ -96,9 +96,11 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
     require_known(coordinate[:60], names, f'"{coordinate[:60]}" is no coordinate')
     stiffness, own = network.static_stiffness, names.index(coordinate)
     others = [i for i in range(len(names)) if i != own]
-    sizes, ways = np.linalg.eigh(stiffness[np.ix_(others, others)])
+    beside, stiff = stiffness[np.ix_(others, others)], np.abs(np.diag(stiffness)[others])
+    unit = 1.0 / np.sqrt(np.where(stiff > 0.0, stiff, 1.0))  # of each coordinate: metres are no radians
+    sizes, ways = np.linalg.eigh(unit[:, None] * beside * unit)
     free = np.abs(sizes) <= 1e-9 * np.abs(sizes).max(initial=0.0)
-    held, loose = ways[:, ~free], ways[:, free]
+    held, loose = unit[:, None] * ways[:, ~free], unit[:, None] * ways[:, free]
     rest = -held @ (held.T @ stiffness[others, own] / sizes[~free])
     strained = stiffness[own, own] + stiffness[own, others] @ rest
     if abs(strained) > _STRAINED * stiffness[own, own]:
