@@ -86,7 +86,7 @@ def test_a_beam_at_a_speed_leaves_the_head_on_it_at_rest():
     drive = varied_together(drive, {"pulley.motor b.radius": second})
     for moving, still, sign in (("beam.y", "head.x", -1.0), ("head.x", "beam.y", 1.0)):
         found = rates(drive, moving)
-        assert found[still] == pytest.approx(0.0, abs=1e-8)
+        assert found[still] == pytest.approx(0.0, abs=1e-9)
         assert found["motor a"] == pytest.approx(sign / first, rel=1e-4)
         assert found["motor b"] == pytest.approx(1.0 / second, rel=1e-3)
     with pytest.raises(cd.InputRefused, match=r"motor a moves with several of beam\.y, head\.x"):

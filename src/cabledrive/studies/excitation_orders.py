@@ -25,6 +25,7 @@ from cabledrive.studies.mode_map import Grid, Mode, distinct, over
 
 MARGIN = 0.05
 _STRAINED = 1e-2
+_ASKEW = 1e-6  # share of the stiffness below which a rope a little askew does not hold a body
 _ONE_RATE = 0.01
 """Share by which the frequency of an order per unit speed may differ over a map."""
 
@@ -99,7 +100,7 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
     beside, stiff = stiffness[np.ix_(others, others)], np.abs(np.diag(stiffness)[others])
     unit = 1.0 / np.sqrt(np.where(stiff > 0.0, stiff, 1.0))  # of each coordinate: metres are no radians
     sizes, ways = np.linalg.eigh(unit[:, None] * beside * unit)
-    free = np.abs(sizes) <= 1e-9 * np.abs(sizes).max(initial=0.0)
+    free = np.abs(sizes) <= _ASKEW * np.abs(sizes).max(initial=0.0)
     held, loose = unit[:, None] * ways[:, ~free], unit[:, None] * ways[:, free]
     rest = -held @ (held.T @ stiffness[others, own] / sizes[~free])
     strained = stiffness[own, own] + stiffness[own, others] @ rest
