@@ -386,3 +386,23 @@ def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_d
 def test_more_sections_than_two_are_not_followed():
     with pytest.raises(cd.NotComputed, match="sections"):
         steady_branches(cd.load_drive("dissertation-transporter"), 0.01, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("routed", [False, True])
+def test_a_torque_that_slackens_a_span_is_not_safe(routed):
+    """Two inertias on the springs of both spans, by hand: the swing of tension at resonance, to 5 %."""
+    drive = cd.load_drive("dissertation-3")
+    motor = replace(drive.motor, joint_stiffness=None, joint_damping=0.0, coulomb_friction=0.0)
+    drive = replace(drive, lumped=None, motor=motor)
+    cable, (first, last) = drive.cable, drive.pulley
+    spring = cable.axial_rigidity / drive.span_length
+    omega = 2 * np.pi * cd.resonance(drive, torque=1e-3).pulley_frequency
+    both = 2 * (spring + 1j * omega * cable.axial_damping / drive.span_length)
+    rims = np.array([first.radius, -last.radius])
+    inertias = np.diag([motor.inertia + first.inertia, last.inertia])
+    losses = np.diag([motor.viscous_friction + first.viscous_friction, last.viscous_friction])
+    stiffness = both * np.outer(rims, rims) - omega**2 * inertias + 1j * omega * losses
+    swing = spring * abs(rims @ np.linalg.solve(stiffness, [1.0, 0.0]))
+    machine = drive.machine.plain if routed else drive
+    for share, verdict in ((0.95, "safe"), (1.05, "close")):
+        assert cd.resonance(machine, torque=share * cable.pretension / swing).verdict == verdict

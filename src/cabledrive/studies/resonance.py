@@ -213,14 +213,17 @@ def _of_others(
         if pair.kind == SUM or not alike(pair.longitudinal_hz, found.pulley.frequency) or not held(pair)
     )
     at, lowest = min((*found.together, *others), key=lambda own: own[1], default=(0.0, inf))
-    if lowest == inf:
-        return verdict, f"no pair of another longitudinal mode up to {HIGHEST:g} times the pulley mode grows"
     words = f"from {lowest:.4g} N m of steady torque at {at:.4g} Hz on, another pair grows"
     own = RESONANT if torque >= lowest else NEAR if torque >= CLOSE_SHARE * lowest else SAFE
-    if lowest == 0.0:
+    if lowest == inf:
+        words = f"no pair of another longitudinal mode up to {HIGHEST:g} times the pulley mode grows"
+    elif lowest == 0.0:
         words = f"the longitudinal mode at {at:.4g} Hz, of another pair, is undamped: it grows in time"
         own = NEAR
-    return max(verdict, own, key=(SAFE, NEAR, RESONANT).index), words
+    at, slack = min(found.slack, key=lambda own: own[1], default=(0.0, inf))
+    if torque >= slack:
+        words += f"; from {slack:.4g} N m of steady torque at {at:.4g} Hz on a rope goes slack"
+    return max(verdict, own, NEAR if torque >= slack else SAFE, key=(SAFE, NEAR, RESONANT).index), words
 
 
 def _reasons(
