@@ -516,10 +516,20 @@ def test_from_one_drive_to_a_tolerance_study(tmp_path, monkeypatch):
 @pytest.mark.parametrize("torque", ["", 'torque = "5 mN m"'])
 def test_rows_of_a_machine_with_routes_have_the_resonance_of_the_command(torque, sweep):
     vary = '[vary]\n"cable.pretension" = { values = ["10.5 N", "30 N"] }\n[design]\nkind = "grid"\n'
-    _, data = sweep(f'drive = "printer-idlers"\n{vary}[compute]\nwhat = "resonance"\n{torque}\n')
+    asked = 'what = "resonance"\noutputs = ["frequency_ratio", "verdict"]'
+    _, data = sweep(f'drive = "printer-idlers"\n{vary}[compute]\n{asked}\n{torque}\n')
     assert not data.code.values.any()
     for row, pretension in enumerate(("10.5 N", "30 N")):
         options = ["--torque", "5 mN m"] if torque else []
         single = answer("resonance", "printer-idlers", "--set", f"cable.pretension={pretension}", *options)
         assert float(data.frequency_ratio[row]) == pytest.approx(single["frequency_ratio"], rel=1e-12)
         assert str(data.verdict.values[row]) == single["verdict"]
+
+
+def test_the_verdict_of_a_row_looks_at_what_the_command_does(sweep):
+    """A torque that slackens a span is not safe either; a campaign looked at the pulley mode alone."""
+    vary = '[vary]\n"cable.pretension" = { values = ["7 N"] }\n[design]\nkind = "grid"\n'
+    asked = 'what = "resonance"\noutputs = ["verdict"]\ntorque = "2 N m"'
+    _, data = sweep(f'drive = "dissertation-3"\n{vary}[compute]\n{asked}\n')
+    assert data.verdict.values.tolist() == [answer("resonance", "dissertation-3", "--torque", "2")["verdict"]]
+    assert data.verdict.values.tolist() == ["close"]

@@ -94,8 +94,8 @@ FIELDS = {
     "pulley_frequency_hz": "pulley_frequency",
 }
 """Outputs that a resonance has under another name."""
-IN_DETAIL = "tenfold_growth_torque"
-"""Output that is a search over time and torque."""
+IN_DETAIL = ("tenfold_growth_torque", "verdict")
+"""Outputs that are a search over time and torque, and one over all pairs of modes: if asked for."""
 
 
 def _resonance(row: Row) -> Mapping[str, Any]:
@@ -105,7 +105,7 @@ def _resonance(row: Row) -> Mapping[str, Any]:
         row.drive,
         torque=row.options.get("torque"),
         load_torque=row.options.get("load_torque", 0.0),
-        details=IN_DETAIL in row.options["outputs"],
+        details=not set(IN_DETAIL).isdisjoint(row.options["outputs"]),
     )
     return {name: getattr(found, FIELDS.get(name, name)) for name in RESONANCE}
 
@@ -347,7 +347,7 @@ KINDS = {
     ),
     "resonance": Kind(
         outputs=lambda options: declared(RESONANCE),
-        default=tuple(name for name in RESONANCE if name != IN_DETAIL),
+        default=tuple(name for name in RESONANCE if name not in IN_DETAIL),
         one=_resonance,
         modules=("cabledrive.studies.resonance",),
         options={"torque": "N m", "load_torque": "N m"},
