@@ -239,10 +239,7 @@ def saves_answer(function: Function) -> Function:
 
 
 def answering(function: Function) -> Function:
-    """Give a command ``--json``, ``--quiet`` and ``--verbose``, and show its `Answer`.
-
-    `NotComputed` once it has shown an incomplete one.
-    """
+    """Give a command ``--json``, ``--quiet``, ``--verbose``; `NotComputed` after an incomplete answer."""
 
     @option("--json as_json", "flag", "Print one JSON object, in SI.")
     @option("--quiet", "flag", "No notes and no progress on standard error.")

@@ -167,10 +167,7 @@ def ripple_limit(spec: DesignSpec) -> float:
 
 
 def tuned(name: str, spec: DesignSpec, disturbances: Disturbances, worst: Worst = None) -> TunedLaw:
-    """Tune a law by name on one pulse of the motion, with the sensors of the options.
-
-    ``worst`` chooses the filter.
-    """
+    """Tune a law by name on one pulse, with the sensors of the options; ``worst`` chooses the filter."""
     given, motion = spec.options, spec.motion
     options = RigOptions(
         forbid_slack=False,

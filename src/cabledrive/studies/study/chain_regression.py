@@ -130,9 +130,6 @@ def _twist_rows(
 SPLITS = (-0.1, 0.1)
 """By how much the motor's share of the inertia before the cable may be off."""
 MAY_BE_NONE = (*FRICTIONS, *LOAD_FRICTIONS, "backlash")
-WEAK_SHARE = 0.1
-"""Share of the torque that an uncertainty as large as its parameter must make to count as not determined."""
-
 CHANNELS = ("torque", "angle", "load_angle")
 NAMES = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "offset_torque")
 
@@ -212,13 +209,9 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         for name, value, half in zip(NAMES, middle.values, halves, strict=True)
         if name not in unidentifiable
     }
-    weak = [
-        name
-        for name, (value, low, high) in found.items()
-        if (half := 0.5 * (high - low)) > abs(value)
-        and half * sizes[NAMES.index(name)] > WEAK_SHARE * middle.scale
-    ]
-    words = estimates.unidentifiable_words(middle) + tuple(estimates.weak_words(name) for name in weak)
+    weak = estimates.weak_parameters(middle, halves, sizes) & found.keys()
+    words = estimates.unidentifiable_words(middle)
+    words += tuple(estimates.weak_words(name) for name in found if name in weak)
     found = {name: interval for name, interval in found.items() if name not in weak}
     sums = found
     found, negative = _possible(sums)
