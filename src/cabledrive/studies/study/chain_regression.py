@@ -35,7 +35,7 @@ CERTAIN = 0.05
 """Largest relative half width with which a stiffness counts as identified."""
 
 
-def around(name: str, value: float, half: float) -> tuple[float, float, float]:
+def around(name: str, value: float, half: float) -> Interval:
     """A value with its bounds, never narrower than `LEAST`."""
     half = max(half, LEAST.get(name, 0.0) * abs(value))
     return value, value - half, value + half
@@ -68,9 +68,7 @@ def identify_cable(
     return result
 
 
-def identify_joint(
-    logs: Sequence[Log], drive: Drive, found: dict[str, tuple[float, float, float]]
-) -> dict[str, tuple[float, float, float]]:
+def identify_joint(logs: Sequence[Log], drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
     """Value and bounds of the joint's stiffness and damping: its twist against the torque that passes it."""
     if any("drive_angle" not in log.channels for log in logs):
         return {}
@@ -139,7 +137,7 @@ class RegressionResult:
     """What logs say of some quantities."""
 
     # Value, lower and upper bound of what could be identified
-    intervals: dict[str, tuple[float, float, float]]
+    intervals: dict[str, Interval]
     correlations: tuple[Correlation, ...]
     undetermined: tuple[str, ...]  # what could not, in words
     # what came out negative by more than its interval, so that signs or units are wrong
