@@ -284,10 +284,7 @@ class Declared(NamedTuple):
 
 
 def opt(kind: Any, words: str, default: Any = None, *, flags: str = "", **more: Any) -> Any:
-    """A parameter that is an option, see `option`; ``flags``: where they are not made of its name.
-
-    ``spans`` that is repeatable is ``--span``.
-    """
+    """A parameter that is an option, see `option`, by ``flags`` or its name: of repeatable spans --span."""
 
     def _add(name: str) -> Callable[..., Any]:
         word = name.removesuffix("s") if more.get("multiple") else name

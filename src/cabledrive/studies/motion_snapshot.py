@@ -76,10 +76,7 @@ class Snapshot:
         )
 
     def waves(self, across: Sequence[int] = ()) -> Waves:
-        """The modes along and some of those across that are here, with their signs.
-
-        Those of a section leave its start upwards.
-        """
+        """The modes along and some of those across with signs; those of a section start upwards."""
         here = [i for i in across if self.across[i] is not None]
         modes: list[Any] = [self.across[i] for i in here]
         found, signs = waves_of(self.network, list(self.along), modes), self.across_sign[here]
