@@ -362,16 +362,16 @@ def off_their_dynamics(law, rates_of, p, truth, x, signals, speed, friction):
         def step_at(x, signals):
             return backstepping.backstepping_step(exact_law, p, x, signals, speed, friction)
 
-        here = step_at(x, signals)
+        command, errors, _, regressors = step_at(x, signals)
         starts = np.cumsum([2 * n + 1, *(2 * (n - j) + 1 for j in range(1, n))])
-        rate = rates_of(x, here.command, truth, signals[starts], speed, friction)
+        rate = rates_of(x, command, truth, signals[starts], speed, friction)
         size = mpmath.mpf(10) ** -20
-        after, before = (step_at(*moved(x, signals, rate, sign * size)).errors for sign in (1, -1))
+        after, before = (step_at(*moved(x, signals, rate, sign * size))[1] for sign in (1, -1))
         off = []
         for i in range(2 * n):
             found = (after[i] - before[i]) / (2 * size)
-            row = [mpmath.mpf(matrix[i, j]) * here.errors[j] for j in range(2 * n)]
-            row += [-here.regressors[i, m] * (p[m] - truth[m]) for m in range(3 * n + 1)]
+            row = [mpmath.mpf(matrix[i, j]) * errors[j] for j in range(2 * n)]
+            row += [-regressors[i, m] * (p[m] - truth[m]) for m in range(3 * n + 1)]
             off.append(float(abs(found - sum(row)) / max(abs(term) for term in row)))
         return max(off)
 

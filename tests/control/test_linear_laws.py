@@ -80,7 +80,8 @@ def test_a_filter_that_no_reading_settles_is_not_computed():
 def test_worst_case_gain_of_the_h_infinity_feedback_is_within_a_margin_of_the_least(seed, measured):
     """A sweep over frequencies: at most gamma, and no LQ feedback goes below gamma without its margin."""
     chain = row_of(2 + seed % 2, np.random.default_rng(seed))
-    a, by_torque, by_disturbance, weight = linear_laws.problem(chain, COUNT, 0.04, TIME)
+    a, inputs, weight = linear_laws.with_integral(*state_space(chain), (0.0, 1.0), COUNT, TIME)
+    by_torque, by_disturbance = inputs[:, :1], 0.04 * inputs[:, [0, -1]]
     gain, gamma = linear_laws.hinf_gain(a, by_disturbance, by_torque, weight, TORQUE**-2)
     frequencies = np.geomspace(1e-2, 1e4, 3000)
 

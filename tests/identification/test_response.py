@@ -439,7 +439,8 @@ def spread(test, noise, repeats):
     plan = planning.plan_test(
         TORQUE_PER_VOLT * command, 1e-3, guess, planning.Instruments(torque_noise=noise, bandwidth=20.0)
     )
-    return np.std(found, axis=0, ddof=1) / np.array(list(plan.standard_errors.values()))
+    sizes = np.array([test.inertia, test.viscous, test.coulomb, test.offset])
+    return np.std(found / sizes, axis=0, ddof=1) / np.array(list(plan.relative_errors.values()))
 
 
 @pytest.mark.parametrize("test", BENCH_TESTS, ids=lambda test: test.name)

@@ -22,8 +22,8 @@ from cabledrive.rig.laws.load_learning import (
     learnt_bounds,
     learnt_chain,
 )
-from cabledrive.rig.plant_samples import Disturbances, disturbed_loop
-from cabledrive.rig.trial import COMPARED, scored
+from cabledrive.rig.plant_samples import Disturbances, disturbed_loop, scored
+from cabledrive.rig.trial import COMPARED
 from cabledrive.rig.tuning import tuned_loop
 
 DRIVE = load_drive("dissertation-3")

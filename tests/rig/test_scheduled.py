@@ -18,8 +18,8 @@ from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.load_learning import SCHEDULED, announced, with_announced_load
 from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.margins import margins_of
-from cabledrive.rig.plant_samples import Disturbances
-from cabledrive.rig.trial import COMPARED, scored
+from cabledrive.rig.plant_samples import Disturbances, scored
+from cabledrive.rig.trial import COMPARED
 from cabledrive.rig.tuning import tuned_loop
 
 DRIVE = load_drive("dissertation-3")

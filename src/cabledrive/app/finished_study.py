@@ -16,10 +16,7 @@ RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
 
 
 def asked_hash(drive: Machine, files: Sequence[str | None], switches: tuple[bool, ...] = ()) -> str:
-    """Hash of this version, the drive with its words and the bytes of every file: goals, then logs.
-
-    A file that cannot be read is refused.
-    """
+    """Hash of version, drive with its words, and bytes of goals and logs; refused if one cannot be read."""
     words = [__version__, content_hash(drive), drive.name, drive.title, str(switches)]
     words += ["" if file is None else _bytes_hash(file) for file in files]
     words += [Path(file).name for file in files[1:] if file is not None]

@@ -44,10 +44,7 @@ COMPUTED = Keys("text: input output motor texts: warnings", also=(CURVE,))
 def pinged(
     logs: tuple[str, ...], name: str, spans: tuple[str, ...], plucked: str | None, section: int, columns: Any
 ) -> Answer:
-    """Tension of each span from its recording; the first two are compared. Arguments: those of the options.
-
-    ``name``: the machine.
-    """
+    """Tension of each span from its recording; the first two are compared. ``name``: the machine."""
     drive = load_drive(name)
     if spans == (BOTH,):
         if len(logs) != 1:

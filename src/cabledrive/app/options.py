@@ -239,10 +239,7 @@ def saves_answer(function: Function) -> Function:
 
 
 def answering(function: Function) -> Function:
-    """Give a command ``--json``, ``--quiet`` and ``--verbose``, and show its `Answer`.
-
-    `NotComputed` once it has shown an incomplete one.
-    """
+    """Give a command ``--json``, ``--quiet``, ``--verbose``; `NotComputed` after an incomplete answer."""
 
     @option("--json as_json", "flag", "Print one JSON object, in SI.")
     @option("--quiet", "flag", "No notes and no progress on standard error.")
@@ -287,10 +284,7 @@ class Declared(NamedTuple):
 
 
 def opt(kind: Any, words: str, default: Any = None, *, flags: str = "", **more: Any) -> Any:
-    """A parameter that is an option, see `option`; ``flags``: where they are not made of its name.
-
-    ``spans`` that is repeatable is ``--span``.
-    """
+    """A parameter that is an option, see `option`, by ``flags`` or its name: of repeatable spans --span."""
 
     def _add(name: str) -> Callable[..., Any]:
         word = name.removesuffix("s") if more.get("multiple") else name

@@ -23,7 +23,7 @@ are taken by complex steps, exact to round-off.
 
 from itertools import product
 from math import isfinite, pi
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -205,27 +205,20 @@ def fixed_row(law: LawNumbers, size: int) -> list[float]:
 
     def command(states: Array) -> float:
         x, speed = scaled_states(law, states), states[size // 2]
-        return float(backstepping_step(law, estimate, x, signals, speed, 0.0).command)
+        return float(backstepping_step(law, estimate, x, signals, speed, 0.0)[0])
 
     return [command(unit) - command(np.zeros(size)) for unit in np.eye(size)]
 
 
-class BacksteppingStep(NamedTuple):
-    """One step of the law with all that its proof needs: u, z (2n,), alpha (2n - 1,), phi (2n, p)."""
-
-    command: Any
-    errors: Any
-    virtual: Any
-    regressors: Any
-
-
 def backstepping_step(
     law: LawNumbers, p: Any, x: Any, signals: Any, speed: Any, friction: Any
-) -> BacksteppingStep:
+) -> tuple[Any, Any, Any, Any]:
     r"""Step of a law from its scaled states, in floats, complex or other numbers, see `backstepping_steps`.
 
     .. math::
         \varphi_i = R_i - \sum_j\frac{\partial\alpha_{i-1}}{\partial x_{2j}}R_j
+
+    All that its proof needs: u, z (2n,), alpha (2n - 1,), phi (2n, p).
     """
     n, known = len(x) // 2, bool(law.scalars[numbers.BY_REFERENCE])
     table = np.zeros(work_shape(n), dtype=np.result_type(np.asarray(p), np.asarray(x), np.asarray(signals)))
@@ -240,7 +233,7 @@ def backstepping_step(
             phi[i] -= rows[i, 2 * j + 1] * own[2 * j + 1]
     if not known:
         phi[1, 0] = x[2] - z[2]  # (6.77), mended: the virtual control in place of the state
-    return BacksteppingStep(u, z, x[1:] - z[1:], phi)
+    return u, z, x[1:] - z[1:], phi
 
 
 def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference: Array) -> float:
@@ -251,12 +244,13 @@ def stability_margin(law: LawNumbers, estimate: Array, states: Array, reference:
     turning = reference[-1] if law.scalars[numbers.BY_REFERENCE] else speed
     friction = np.tanh(law.scalars[numbers.SLOPE] * turning)
     given = (x, signals, speed, friction)
-    phi = backstepping_step(law, estimate, *given).regressors
+    *_, phi = backstepping_step(law, estimate, *given)
     slopes = np.zeros((size, len(estimate)))
     for m in range(len(estimate)):
         moved = estimate.astype(complex)
         moved[m] += 1j * STEP * abs(estimate[m] or 1.0)
-        slopes[1:, m] = backstepping_step(law, moved, *given).virtual.imag / (STEP * abs(estimate[m] or 1.0))
+        _, _, virtual, _ = backstepping_step(law, moved, *given)
+        slopes[1:, m] = virtual.imag / (STEP * abs(estimate[m] or 1.0))
     learnt = np.linalg.norm(phi * law.learning[numbers.GAIN], axis=1)
     coupling = np.outer(np.linalg.norm(slopes, axis=1), learnt)
     fixed = errors_matrix(law, estimate, size)

@@ -125,28 +125,14 @@ def robust_conditions(
     return {"epsilon": epsilon, "worst": worst, "condition_1": worst <= epsilon, "condition_2": gain >= 0.0}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SlidingResidual:
-    """Sources of the load's error along a run."""
-
-    torque: Array  # (samples,): g, constant from each sample to the next; the last one repeats [N m]
-    unmatched: Array  # (samples,): part of the load's error that g does not make, at the first shaft [rad]
-    reach: Array  # (samples,): largest error that torques of the size of g make, at the first shaft [rad]
-
-    @property
-    def total(self) -> Array:
-        """Bound of the load's error by its sources, whatever their signs, shape (samples,)."""
-        return self.reach + np.abs(self.unmatched)
-
-
 def sliding_residual(
     law: LawNumbers, flat: FlatOutput, bandwidth: float, mu: float, off: Array, error: Array
-) -> SlidingResidual:
-    """What drove the sliding variable along a run.
+) -> tuple[Array, Array]:
+    """Bound of the load's error by its sources, whatever their signs, and what no torque makes, (samples,).
 
     ``flat``: of the chain the law is made for; ``bandwidth``: lambda [rad/s]; ``mu``: of the plant; ``off``,
-    (samples, 2n): of the flat output and its derivatives, by true states; ``error``, (samples,): of the load
-    [rad].
+    (samples, 2n): of the flat output and its derivatives, by true states; ``error``, (samples,): of the load;
+    all errors at the first shaft [rad].
     """
     from scipy.signal import fftconvolve
 
@@ -165,11 +151,9 @@ def sliding_residual(
     matched = np.append(0.0, fftconvolve(torque, impulse)[: len(torque)] if len(torque) else torque)
     fading = float(np.exp(-law.k_sigma * interval / mu))
     sliding = np.abs(lag_of_held(torque / law.k_sigma, fading))
-    return SlidingResidual(
-        torque=np.append(torque, torque[-1:]),
-        unmatched=error - matched,
-        reach=output_tube(sliding, bandwidth, count - 1, interval, flat.time_constants),
-    )
+    unmatched = error - matched
+    reach = output_tube(sliding, bandwidth, count - 1, interval, flat.time_constants)
+    return reach + np.abs(unmatched), unmatched
 
 
 def regressor_deviation(law: LawNumbers, states: Array, reference: Array) -> Array:

@@ -24,11 +24,9 @@ from cabledrive.control.numbers import (
 )
 from cabledrive.control.observers import correct, predict
 from cabledrive.control.reference import MotionNumbers, ReferenceNumbers, ReferenceState
-from cabledrive.control.reference_kernels import reference_row
+from cabledrive.control.reference_kernels import LAST_SAMPLE, reference_row
 from cabledrive.mechanics.compiled import njit_in_place, njit_part
 from cabledrive.parameters.arrays import Array
-
-LAST_SAMPLE = 1_000_000_000  # the count stays there: a target runs for years
 
 
 @njit_in_place

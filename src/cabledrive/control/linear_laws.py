@@ -102,14 +102,19 @@ def lqi_law(
     chain: LumpedChain, error: float, torque: float, integral_time: float, interval: float
 ) -> LawNumbers:
     """LQ feedback with the integral of the load's error: error [rad], torque [N m], over a time [s]."""
-    n = chain.size
-    a, b = sampled_motion(chain, interval)
-    summed = np.eye(2 * n + 1)  # the integral first: it is the memory of the law
-    summed[1:, 1:], summed[0, n] = a, interval
-    weight = np.zeros((2 * n + 1, 2 * n + 1))
+    summed = with_integral(*sampled_motion(chain, interval), (1.0, interval), error, integral_time)
+    return linear_law(integral_memory(chain.size, interval), -lq_gain(*summed, 1.0 / torque**2), interval)
+
+
+def with_integral(
+    a: Array, b: Array, row: tuple[float, float], error: float, integral_time: float
+) -> tuple[Array, Array, Array]:
+    """Matrix and inputs with the integral of the load's angle first, from itself and that, and weight."""
+    n = len(a) // 2
+    system, weight = np.zeros((2, 2 * n + 1, 2 * n + 1))
+    system[0, [0, n]], system[1:, 1:] = row, a
     weight[n, n], weight[0, 0] = 1.0 / error**2, 1.0 / (error * integral_time) ** 2
-    gain = lq_gain(summed, np.vstack(([[0.0]], b)), weight, 1.0 / torque**2)
-    return linear_law(integral_memory(n, interval), -gain, interval)
+    return system, np.vstack((np.zeros((1, b.shape[1])), b)), weight
 
 
 def integral_memory(n: int, interval: float) -> Array:
@@ -209,24 +214,10 @@ def hinf_law(
 
     ``error`` [rad] weighs as much as ``torque`` [N m]; ``disturbance`` [N m] at motor and load as 1.
     """
-    system, by_torque, by_disturbance, weight = problem(chain, error, disturbance, integral_time)
-    gain, _ = hinf_gain(system, by_disturbance, by_torque, weight, 1.0 / torque**2)
+    system, inputs, weight = with_integral(*state_space(chain), (0.0, 1.0), error, integral_time)
+    by_disturbance = disturbance * inputs[:, [0, -1]]
+    gain, _ = hinf_gain(system, by_disturbance, inputs[:, :1], weight, 1.0 / torque**2)
     return linear_law(integral_memory(chain.size, interval), -gain, interval)
-
-
-def problem(
-    chain: LumpedChain, error: float, disturbance: float, integral_time: float
-) -> tuple[Array, Array, Array, Array]:
-    """Matrix, inputs of torque and of disturbances, and weight; first the integral of the load's angle."""
-    n = chain.size
-    a, b = state_space(chain)
-    system = np.zeros((2 * n + 1, 2 * n + 1))
-    system[1:, 1:], system[0, n] = a, 1.0
-    by_torque = np.vstack(([[0.0]], b[:, :1]))
-    by_disturbance = disturbance * np.vstack((np.zeros((1, 2)), b[:, [0, -1]]))
-    weight = np.zeros_like(system)
-    weight[n, n], weight[0, 0] = 1.0 / error**2, 1.0 / (error * integral_time) ** 2
-    return system, by_torque, by_disturbance, weight
 
 
 def hinf_gain(

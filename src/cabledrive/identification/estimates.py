@@ -173,10 +173,9 @@ def unidentifiable_parameters(fit: Fit) -> set[str]:
     return {fit.names[k] for direction in fit.unidentifiable for k in _members(direction)}
 
 
-def weak_parameters(fit: Fit, sizes: Array) -> set[str]:
+def weak_parameters(fit: Fit, halves: Array, sizes: Array) -> set[str]:
     """Parameters with intervals wider than they are that matter; ``sizes``, (p,): rms of each regressor."""
-    half = fit.half_width()
-    weak = (half > np.abs(fit.values)) & (half * sizes > WEAK_SHARE * fit.scale)
+    weak = (halves > np.abs(fit.values)) & (halves * sizes > WEAK_SHARE * fit.scale)
     return {name for name, is_weak in zip(fit.names, weak, strict=True) if is_weak}
 
 

@@ -246,8 +246,7 @@ class TestPlan:
 
     __test__ = False  # no test of pytest's
 
-    standard_errors: dict[str, float]  # of each parameter, in its unit
-    relative_errors: dict[str, float]  # over the size of the guess; infinite where that is zero
+    relative_errors: dict[str, float]  # standard ones over the size of the guess; infinite where that is zero
     # largest "torque", "speed" and "stroke" (from end to end) that the test will reach
     peaks: dict[str, float]
     moving: float  # share of the time that the axis does not stick
@@ -294,7 +293,6 @@ def plan_test(
         if share > 0.5 and isfinite(share)
     ]
     return TestPlan(
-        standard_errors=errors,
         relative_errors=relative,
         peaks=peaks,
         moving=moving,

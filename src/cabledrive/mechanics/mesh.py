@@ -47,10 +47,7 @@ class Wrap(NamedTuple):
 
 
 def wraps_of(drive: RoutedDrive, pieces: list[int]) -> tuple[Wrap, ...]:
-    """Wraps of all pulleys with a friction coefficient, those at the ends of a route left out.
-
-    ``pieces``: number of the span of each piece of rope.
-    """
+    """Wraps of pulleys with a friction coefficient, not at ends of routes; ``pieces``: span of each piece."""
     found = []
     for number, span in enumerate(drive.free_spans):
         pulley = None if span.end.pulley is None else drive.pulley[span.end.pulley]

@@ -30,10 +30,7 @@ class LowestFrequencies:
     reasons: dict[str, str]  # why a frequency could not be computed, by the name that JSON gives it
 
     def as_dict(self) -> dict[str, Any]:
-        """Frequencies by the names that JSON gives them.
-
-        Returns in Hz; the one on the holding stiffness only where there is one.
-        """
+        """Frequencies by their names in JSON [Hz]; on the holding stiffness only where there is one."""
         data = {NAMES[FREE]: self.free, NAMES[HELD]: self.held}
         return data if self.holding is None else data | {NAMES[HOLDING]: self.holding}
 

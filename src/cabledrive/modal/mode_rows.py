@@ -67,11 +67,7 @@ class ModeRow:
 
 
 def mode_rows(found: Modes | Iterable[Mode]) -> tuple[ModeRow, ...]:
-    """Gather the modes of one frequency, kind and family.
-
-    ``found``: ascending in frequency.
-    Returns ascending in frequency.
-    """
+    """Gather the modes of one frequency, kind and family; ``found`` ascends in frequency, as do the rows."""
     rows: list[list[Mode]] = []
     for mode in found.modes if isinstance(found, Modes) else found:
         for row in rows[-3:]:

@@ -74,10 +74,7 @@ class Pair:
 
 @lru_cache(maxsize=8)  # a resonance asks for that of one drive several times
 def pulley_mode(drive: Drive) -> PulleyMode:
-    """Find the lowest longitudinal mode in which a pulley turns.
-
-    Raises `InputRefused` if no pulley can turn.
-    """
+    """Find the lowest longitudinal mode in which a pulley turns; refused if none can."""
     if all(pulley.fixed for pulley in drive.pulley):
         raise InputRefused(
             "pulley.0.fixed and pulley.1.fixed are true: no pulley turns, there is no pulley mode; free one"
@@ -105,10 +102,7 @@ def rims_of(mode: Mode, shape: int = 0) -> Array:
 
 
 def span_frequency(drive: Drive) -> float:
-    """Lowest transverse frequency of an empty span, c_w / (2 Le), whatever it carries.
-
-    Returns [Hz].
-    """
+    """Lowest transverse frequency of an empty span, c_w / (2 Le), whatever it carries [Hz]."""
     return drive.cable.transverse_wave_speed / (2.0 * drive.pulley_distance)
 
 

@@ -48,12 +48,7 @@ class MachineBase(Result):
         return motor if isinstance(motor, tuple) else () if motor is None else (motor,)
 
     def plot(self) -> "Figure":
-        """Draw the pulleys and the free spans between them to scale, a line of its own colour a route.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
+        """Draw the pulleys and the free spans between them to scale, a line of its own colour a route."""
         from matplotlib import patches, pyplot
 
         machine = self.machine  # type: ignore[attr-defined]  # a drive, of whichever kind

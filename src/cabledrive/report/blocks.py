@@ -221,7 +221,7 @@ class Chapter:
         return (*self.blocks, *(block for section in self.sections for block in section.blocks))
 
 
-_UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"
+UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"
 
 
 def plot_json(plot: Plot) -> Markup:
@@ -252,7 +252,7 @@ def _packed(values: NDArray[np.float64]) -> str:
 def library() -> tuple[str, str]:
     """The script and the style of uPlot, its licence in front of the script."""
     names = ("LICENSE", "uPlot.iife.min.js", "uPlot.min.css")
-    licence, script, style = ((_UPLOT / name).read_text(encoding="utf-8") for name in names)
+    licence, script, style = ((UPLOT / name).read_text(encoding="utf-8") for name in names)
     return f"/*! uPlot 1.6.32\n{licence.strip()}\n*/\n{script}", style
 
 

@@ -78,8 +78,9 @@ def check_theorem(loop: Loop, log: Array) -> BoundCheck | None:
     share = float(true_parameters(loop)[0]) / nominal if nominal > 0.0 else 1.0
     off = law_states(loop, log) @ made.law.matrix.T - made.reference[: len(log), : 2 * made.flat.size]
     error = log[:, loop.chain.size - 1] - loop.target[: len(log)]
-    residual = theory.sliding_residual(made.law, made.flat, made.bandwidth, share * made.law.mu, off, error)
-    return BoundCheck(bound=bound, sources=residual.total, unmatched=residual.unmatched)
+    given = made.law, made.flat, made.bandwidth, share * made.law.mu, off, error
+    sources, unmatched = theory.sliding_residual(*given)
+    return BoundCheck(bound=bound, sources=sources, unmatched=unmatched)
 
 
 def foreign(loop: Loop, drive: Drive) -> bool:

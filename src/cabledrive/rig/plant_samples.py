@@ -91,11 +91,6 @@ class Draws:
         """Error [deg] that this share of the runs keeps, see `error_kept`."""
         return error_kept(self.errors / DEGREE, share)
 
-    @property
-    def early(self) -> str:
-        """Why there may be no quantile; empty where every run lasted."""
-        return early_words(self.errors)
-
     def rank(self, goal: float) -> tuple[float, float, float]:
         """Shares of plants outside the goal [rad] and of early ends, largest error: smaller is better."""
         errors = self.errors
@@ -366,9 +361,7 @@ def with_disturbances(loop: Loop, chain: LumpedChain, drawn: dict[str, float], t
     return replace(fresh, plant=in_steps(plant, interval, ceil(interval / STEP)), disturbed=True)
 
 
-def disturbed_loops(
-    loop: Loop, disturbances: Disturbances, seed: int, draws: Iterable[int]
-) -> Iterator[Loop]:
-    """The same on the plants of some draws, each of which has a generator of its own."""
-    for draw in draws:
-        yield disturbed_loop(loop, disturbances, np.random.default_rng([seed, draw]))
+def scored(loop: Loop, disturbances: Disturbances, seed: int, draws: Sequence[int]) -> Draws:
+    """Run a law on the plants of some draws, the same for every law: each has a generator of its own."""
+    generators = (np.random.default_rng([seed, draw]) for draw in draws)
+    return over(disturbed_loop(loop, disturbances, generator) for generator in generators)

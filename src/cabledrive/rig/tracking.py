@@ -73,24 +73,12 @@ class Tracking(Result):
         return shown(WINCHES if self.unit == "m" else TRACKING, self.summary)
 
     def to_dataframe(self) -> Any:
-        """The run as a table over time.
-
-        Returns
-        -------
-        pandas.DataFrame
-            Index time [s]; reference, load_angle or place, error, torque, tensions, then the angle of each
-            encoder at its own shaft [rad].
-        """
+        """The run over time [s], and the angle of each encoder at its own shaft [rad]."""
         angles = zip(self.summary.get("encoders", ()), self.encoder_angles.T, strict=True)
         return super(Tracking, self).to_dataframe().assign(**{f"{name}_encoder": v for name, v in angles})
 
     def plot(self) -> "Figure":
-        """Draw reference and load angle, error, and torque over time.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
+        """Draw reference and load angle, error, and torque over time."""
         from matplotlib import pyplot
 
         if self.unit == "m":

@@ -238,11 +238,6 @@ def _errors(loop: Loop, done: Run) -> dict[str, Any]:
     }
 
 
-def scored(loop: Loop, disturbances: plants.Disturbances, seed: int, draws: Sequence[int]) -> plants.Draws:
-    """Run a law on plants, the same for every law."""
-    return plants.over(plants.disturbed_loops(loop, disturbances, seed, draws))
-
-
 BEST = "best"
 LEARNS = (INDIRECT, LOAD_LEARNING, CHANGING)
 """Laws whose first pulse is for learning, where there are more."""
@@ -297,7 +292,7 @@ def best_law(spec: DesignSpec) -> tuple[LawSetting, dict[str, plants.Draws]]:
         settings[name], reached[name] = setting_of(name, spec, disturbances), no_runs(name, spec.motion)
         if (hertz := settings[name].bandwidth) is not None:
             loop = tuned_loop(name, hertz, settings[name].filter, spec)
-            reached[name] = reached[name].joined(scored(loop, disturbances, 0, range(BEST_DRAWS)))
+            reached[name] = reached[name].joined(plants.scored(loop, disturbances, 0, range(BEST_DRAWS)))
     best = min(reached, key=lambda name: reached[name].rank(goal))
     if settings[best].bandwidth is None:
         raise NotComputed("no law of the comparison can be tuned on this drive: name one, such as pd")

@@ -24,7 +24,7 @@ from cabledrive.rig.laws.baselines import BASELINES
 from cabledrive.rig.laws.controllers import Controller, DesignSpec, tuning_by_uncertainty
 from cabledrive.rig.laws.load_learning import KINDS
 from cabledrive.rig.margins import Margins, margins_of
-from cabledrive.rig.plant_samples import Disturbances, disturbed_loops, over, standard_disturbances
+from cabledrive.rig.plant_samples import Disturbances, scored, standard_disturbances
 from cabledrive.rig.setting import RigOptions, torque_limit
 
 SETTINGS_HZ = (
@@ -167,10 +167,7 @@ def ripple_limit(spec: DesignSpec) -> float:
 
 
 def tuned(name: str, spec: DesignSpec, disturbances: Disturbances, worst: Worst = None) -> TunedLaw:
-    """Tune a law by name on one pulse of the motion, with the sensors of the options.
-
-    ``worst`` chooses the filter.
-    """
+    """Tune a law by name on one pulse, with the sensors of the options; ``worst`` chooses the filter."""
     given, motion = spec.options, spec.motion
     options = RigOptions(
         forbid_slack=False,
@@ -215,8 +212,8 @@ def _tuned(name: str, spec: DesignSpec, disturbances: Disturbances, worst: Worst
         return max(found, key=lambda one: one.reached)
     errors = []
     for one in kept:
-        drawn = disturbed_loops(one.loop, disturbances, TUNING_SEED, range(TUNING_DRAWS))
-        errors.append(over(drawn).errors.max() if worst is None else worst(one.loop.controller))
+        drawn = one.loop, disturbances, TUNING_SEED, range(TUNING_DRAWS)
+        errors.append(scored(*drawn).errors.max() if worst is None else worst(one.loop.controller))
     best = kept[int(np.argmin(errors))]
     return best if np.isfinite(min(errors)) else replace(best, reached=0.0)
 

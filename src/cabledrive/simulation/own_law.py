@@ -7,7 +7,7 @@ used it is compared with what the method gives on arrays.
 from functools import lru_cache
 from hashlib import sha256
 from types import FunctionType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,13 +20,6 @@ from cabledrive.simulation.plan import Plan, State
 
 AGREEMENT = 1e-12
 """Largest difference between compiled and interpreted components, over the largest component."""
-
-
-class CompiledLaw(NamedTuple):
-    """A formula as the kernel takes it."""
-
-    formula: Any
-    numbers: Array
 
 
 def law_fingerprint(law: CableLaw) -> dict[str, Any]:
@@ -45,8 +38,8 @@ def why_interpreted(plan: Plan, law: CableLaw) -> str | None:
     return compiled if isinstance(compiled, str) else None
 
 
-def compiled_law(plan: Plan, law: CableLaw) -> CompiledLaw | str:
-    """The compiled formula of a law, or why there is none."""
+def compiled_law(plan: Plan, law: CableLaw) -> tuple[Any, Array] | str:
+    """The compiled formula of a law and its numbers, or why there is none."""
     if plain := why_plain():
         return plain
     if plan.axial != of.UNDAMPED:
@@ -64,7 +57,7 @@ def compiled_law(plan: Plan, law: CableLaw) -> CompiledLaw | str:
     formula = _compiled(source, names, kind.source == "excess_components")
     if isinstance(formula, str):
         return formula
-    made = CompiledLaw(formula, np.array([known[name] for name in names]))
+    made = formula, np.array([known[name] for name in names])
     return made if _agrees(made, taut) else "the compiled formula does not agree with the interpreted one"
 
 
@@ -115,7 +108,7 @@ def _samples() -> Array:
     return rng.uniform(-1.0, 1.0, (3, 120)) * np.repeat([1e-6, 1e-4, 1e-2, 0.3], 30)
 
 
-def _agrees(made: CompiledLaw, law: CableLaw) -> bool:
+def _agrees(made: tuple[Any, Array], law: CableLaw) -> bool:
     """Whether the compiled formula gives what the law gives."""
     from cabledrive.simulation.segment_laws import law_components
 

@@ -350,24 +350,13 @@ class SimulationResult(Result):
         return tuple(found)
 
     def to_dataframe(self) -> Any:
-        """The records as a table.
-
-        Returns
-        -------
-        pandas.DataFrame
-            Index time [s]; a column for each channel, in its own unit.
-        """
+        """The records over time [s], a column for each channel, in its own unit."""
         from pandas import DataFrame, Index
 
         return DataFrame(self.rows, Index(self.time, name="time"), self.names)
 
     def plot(self) -> "Figure":
-        """Draw the coordinate that moves most, and the middles of the spans, or their tensions, over time.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
+        """Draw the coordinate that moves most, and the middles of the spans, or their tensions, over time."""
         from matplotlib import pyplot
 
         figure, (above, below) = pyplot.subplots(2, 1, sharex=True, layout="constrained")

@@ -224,10 +224,7 @@ def _remedy(verdict: str, modes: Sequence[ModeAlarm]) -> str:
 def _mode_alarms(
     prepared: PreparedMotion, runs: tuple[Extremes, Extremes, Extremes], spans: Sequence[str], floor: float
 ) -> tuple[ModeAlarm, ...]:
-    """What happens to each mode, the largest first; ``floor`` [m].
-
-    ``runs``: without parametric excitation, by the motion alone, from the floor.
-    """
+    """Each mode, the largest first; ``runs``: not parametrically excited, from rest, from the floor [m]."""
     rows = [(r, j, place) for r, own in enumerate(prepared.places) for j, place in enumerate(own)]
     place = tuple(np.array([row[:2] for row in rows], dtype=int).reshape(-1, 2).T)
     amplitude, time = (np.array([getattr(run, of)[place] for run in runs]) for of in ("amplitude", "time"))

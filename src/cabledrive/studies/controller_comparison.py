@@ -21,12 +21,14 @@ from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 from cabledrive.rig.plant_samples import (
     Disturbances,
     Draws,
+    early_words,
     load_disturbances,
+    scored,
     share_low,
     standard_disturbances,
 )
 from cabledrive.rig.setting import DEGREE, Motion, check_run, random_from, torque_limit
-from cabledrive.rig.trial import COMPARED, check_motion, checked_names, goal_of, no_runs, offered, scored
+from cabledrive.rig.trial import COMPARED, check_motion, checked_names, goal_of, no_runs, offered
 from cabledrive.rig.tuning import LEAST_DISK, LawSetting, ripple_limit, setting_of, tuned_loop
 from cabledrive.studies.study.stage_cache import Made, StageCache
 
@@ -70,7 +72,7 @@ def law_words(law: ComparedLaw, goal: float) -> dict[str, Any]:
         "phase_margin_deg": None if (phase := tuning.margins.get("phase")) is None else phase / DEGREE,
         "torque_ripple": tuning.margins.get("ripple"),
         "tuning_seconds": tuning.seconds,
-        "reason": tuning.reason or scores.early,
+        "reason": tuning.reason or early_words(scores.errors),
         "runs": runs,
         "failed": sum(scores.failed),
         "worst_deg": scores.quantile(1.0),

@@ -76,10 +76,7 @@ class Snapshot:
         )
 
     def waves(self, across: Sequence[int] = ()) -> Waves:
-        """The modes along and some of those across that are here, with their signs.
-
-        Those of a section leave its start upwards.
-        """
+        """The modes along and some of those across with signs; those of a section start upwards."""
         here = [i for i in across if self.across[i] is not None]
         modes: list[Any] = [self.across[i] for i in here]
         found, signs = waves_of(self.network, list(self.along), modes), self.across_sign[here]
@@ -97,10 +94,7 @@ def longitudinal_of(network: Network, count: int) -> tuple[Mode, ...]:
 
 
 def snapshot_of(network: Network, along: tuple[Mode, ...], top: float, *, shapes: bool = True) -> Snapshot:
-    """Longitudinal modes of a machine and its transverse ones below a frequency [rad/s].
-
-    ``shapes``: whether they are to be followed.
-    """
+    """Modes along, and across below a frequency [rad/s]; ``shapes``: whether they are to be followed."""
     listed = Spectrum(network_of_routes(network, hanging=False)).below(top)
     across, counted, names = [], Counter[tuple[str, str, int]](), network.drive.spans
     keys, pieces = list[_Key](), list[tuple[int, ...]]()
@@ -130,10 +124,7 @@ def snapshot_of(network: Network, along: tuple[Mode, ...], top: float, *, shapes
 
 
 def _shapes(network: Network, across: Sequence[Mode], keys: Sequence[_Key]) -> Array:
-    """Displacement from the chord at the points of all spans, in plane and then out of plane.
-
-    Zero of modes of a section, which keep their order.
-    """
+    """Displacement from the chord at points of all spans, in plane, then out; zero of modes of a section."""
     spans, ends = network.drive.free_spans, np.array([0.0, *POINTS, 1.0])
     found = np.zeros((2, len(spans), POINTS.size, len(across)))
     for column, mode in enumerate(across):

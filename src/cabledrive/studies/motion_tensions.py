@@ -30,8 +30,6 @@ from cabledrive.studies import motion_stages as stages
 from cabledrive.studies.pair_thresholds import refuse_running
 from cabledrive.studies.planned_motion import PlannedMotion
 
-STILL = 1e-9
-"""Largest motion of a body that leaves the machine in its pose [m], [rad]."""
 _ASTRAY = 1e-3
 
 
@@ -67,7 +65,7 @@ def _follow(network: Network, free: Array, motion: PlannedMotion, steps: Array) 
         raise InputRefused(f"{said}: add {' or '.join(others) or 'torque alone'}")
     inverse = np.linalg.pinv(rows @ free)
     missing = np.abs(steps @ inverse.T @ (rows @ free).T - steps)
-    if np.any(missing > _ASTRAY * np.abs(steps).max(initial=STILL)):
+    if np.any(missing > _ASTRAY * np.abs(steps).max(initial=stages.STILL)):
         raise InputRefused(
             f"motion: the places of {names} do not go together: the ropes would stretch or hang"
         )

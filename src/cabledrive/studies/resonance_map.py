@@ -14,7 +14,7 @@ from cabledrive.mechanics.datasheet import sags
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal.tuning import resonant_pairs
 from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
-from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model, oscillators
@@ -44,8 +44,6 @@ GROWN = 2.0
 
 SHORTEST, FEWEST, MOST, ABOVE = 1.0, 80.0, 3000.0, 1.5
 """Least time [s], least and most periods of a map; torque over its threshold that is seen to grow in it."""
-
-Complex = NDArray[np.complex128]
 
 REST = "a span comes to rest"
 BORN = 0.1

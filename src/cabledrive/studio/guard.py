@@ -17,6 +17,7 @@ from starlette.responses import HTMLResponse, Response
 
 from cabledrive.answers.figures import number, quantity
 from cabledrive.parameters.version import __version__
+from cabledrive.report.blocks import UPLOT
 from cabledrive.report.page import page_environment
 from cabledrive.report.picture import theme_css
 
@@ -185,13 +186,12 @@ VIEWS = (
     ("studies", "Studies"),
 )
 _OWN = resources.files("cabledrive.studio") / "templates"
-_UPLOT = resources.files("cabledrive.report") / "vendor" / "uplot"
 _SCRIPTS = ("studio", "machine", "resonance", "curves", "logs", "control", "work", "response", "tour")
 _FILES = {
     **{f"{name}.js": ("text/javascript", (_OWN, f"{name}.js")) for name in _SCRIPTS},
     "studio.css": ("text/css", (_OWN, "studio.css")),
-    "uPlot.js": ("text/javascript", (_UPLOT, "uPlot.iife.min.js")),
-    "uPlot.css": ("text/css", (_UPLOT, "uPlot.min.css")),
+    "uPlot.js": ("text/javascript", (UPLOT, "uPlot.iife.min.js")),
+    "uPlot.css": ("text/css", (UPLOT, "uPlot.min.css")),
 }
 
 

@@ -101,10 +101,7 @@ class Jobs:
         return number, folder.absolute()
 
     async def start(self, place: tuple[int, Path], title: str, arguments: Sequence[str]) -> Job:
-        """Start a command in its folder.
-
-        Raises `InputRefused` if too many are running.
-        """
+        """Start a command in its folder; refused if too many are running."""
         self.check_room()
         number, folder = place
         shown = shlex.join(["cabledrive", *arguments])
@@ -114,10 +111,7 @@ class Jobs:
         return job
 
     async def resume(self, job: Job) -> None:
-        """Give the same command again.
-
-        Raises `InputRefused` if it runs, or too many others do.
-        """
+        """Give the same command again; refused if it runs, or too many others do."""
         if job.status == RUNNING:
             raise InputRefused(f"{job.title}: is running: wait until it ends, or cancel it")
         self.check_room()

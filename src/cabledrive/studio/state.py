@@ -177,10 +177,7 @@ class Desk:
 
 
 async def bounded_body(request: Request, most: int) -> bytes:
-    """The body of a request.
-
-    Raises `InputRefused` if it is longer than ``most`` bytes.
-    """
+    """The body of a request; refused if it is longer than ``most`` bytes."""
     parts, size = [], 0
     async for part in request.stream():
         size += len(part)

@@ -228,12 +228,7 @@ def run_text(drive: Machine, result: Any, asked: float) -> str:
     return "\n".join(lines)
 
 
-def undrawn(
-    drive: Any,
-    result: Any,
-    plot: NewFile | None,
-    animate: NewFile | None = None,
-) -> str | None:
+def undrawn(drive: Any, result: Any, plot: NewFile | None, animate: NewFile | None) -> str | None:
     """Draw what was asked for, and say why a picture is not there: the run itself is done by then."""
     try:
         if plot is not None:

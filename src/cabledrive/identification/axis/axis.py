@@ -141,7 +141,7 @@ class Axis:
         """
         fit, equation = _without_lag(factors, doubt), self.equation
         none = estimates.unidentifiable_parameters(fit)
-        weak = estimates.weak_parameters(fit, sizes[: len(fit.names)]) - none
+        weak = estimates.weak_parameters(fit, fit.half_width(), sizes[: len(fit.names)]) - none
         words = estimates.unidentifiable_words(fit) + tuple(
             estimates.weak_words(name) for name in fit.names if name in weak
         )

@@ -52,10 +52,7 @@ MODEL = "rigid-axis-coulomb"
 
 
 def checked_by_innovations(axis: Axis, answer: Identification) -> Identification:
-    """The answer with what the innovations of an observer show, or why they were not looked at.
-
-    `NotReproduced` if no observer follows the log.
-    """
+    """The answer with what an observer's innovations show, or why not; `NotReproduced` if none follows."""
     inertia, _, coulomb, offset = answer.values[:4]
     reason = ""
     if axis.saturated:

@@ -99,16 +99,11 @@ class Prediction:
         """Torque that the observer adds to follow the angle."""
         return self.values[0] * self.gains[1] / self.track.interval * self.innovation
 
-    def answered(self, torques: Mapping[str, Array]) -> Array:
-        """What disturbing torques add to the innovation, shape (disturbances, samples)."""
-        out = np.empty((len(torques), self.track.position.size))
-        columns = np.array(list(torques.values()))
-        answers(self.track.numbers(self.values), self.gains, columns, self.jump, out)
-        return out
-
     def regression(self, torques: Mapping[str, Array], segments: int) -> Factors:
         """Whitened innovations against what each disturbance would add, by segments of time."""
-        rows, size = np.vstack([self.answered(torques), self.innovation]), self.innovation.size
+        size, columns = self.innovation.size, np.array(list(torques.values()))
+        rows = np.vstack([columns, self.innovation])
+        answers(self.track.numbers(self.values), self.gains, columns, self.jump, rows[:-1])
         if not np.all(np.abs(rows) < LOST):
             raise NotReproduced
         forgotten = int(np.ceil(8.0 * self.gains[0] / (self.gains[1] * self.track.interval)))

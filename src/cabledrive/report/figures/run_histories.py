@@ -48,27 +48,19 @@ class Curve(NamedTuple):
     beside: Array | None = None
 
 
-class RunCurves(NamedTuple):
-    """Panels of a run, and the one whose spectrum is drawn."""
-
-    time: Array
-    panels: tuple[Curve, ...]
-    spectrum: Curve
-
-
-def curves_of(result: SimulationResult) -> RunCurves:
-    """Panels of a run, the motion of the load first."""
+def curves_of(result: SimulationResult) -> tuple[tuple[Curve, ...], Curve]:
+    """Panels of a run, the motion of the load first, and the one whose spectrum is drawn."""
     if "load_angle" not in result.names:
         panels = _of_machine(result)
         # Where a body travels its place has no peaks to see, but the tension has.
-        return RunCurves(result.time, panels, panels[-1 if result.travels else 0])
+        return panels, panels[-1 if result.travels else 0]
     load = Curve("load [deg]", np.degrees(result.load_angle), Hue.INK)
     curves = [load]
     for span in result.spans:
         _, v, w = 1e3 * result.midpoint(span).T
         beside = ("grey: v", v) if np.any(v) else ()
         curves.append(Curve(f"{span} w [mm]", w, SPAN_COLOURS[span], *beside))
-    return RunCurves(result.time, tuple(curves), load)
+    return tuple(curves), load
 
 
 def _of_machine(result: SimulationResult) -> tuple[Curve, ...]:
@@ -121,7 +113,7 @@ def spectrum_marks(drive: Machine) -> tuple[tuple[float, str], ...]:
 
 def draw_histories(panels: "Sequence[Axes]", result: SimulationResult) -> None:
     """The curves of a run over time, one above the other, a panel for each of `curves_of`."""
-    time, curves, _ = curves_of(result)
+    time, (curves, _) = result.time, curves_of(result)
     for axes, curve in zip(panels, curves, strict=True):
         _curve(axes, time, curve.values, curve.colour)
         if curve.beside is not None:
@@ -143,8 +135,8 @@ def draw_spectrum(
     highest: float | None = None,
 ) -> None:
     """Amplitude spectrum of a run, Hann window, with `spectrum_marks`, or up to ``highest`` [Hz]."""
-    time, _, curve = curves_of(result)
-    hertz, amplitude = amplitude_spectrum(time, curve.values)
+    _, curve = curves_of(result)
+    hertz, amplitude = amplitude_spectrum(result.time, curve.values)
     top = 1.05 * max((frequency for frequency, _ in marks), default=highest or hertz[-1])
     shown = (hertz >= 2.0 * PADDING * hertz[1]) & (hertz <= top)  # half of a peak's width at its foot
     amplitude = amplitude[shown]
@@ -163,10 +155,7 @@ def draw_spectrum(
 
 
 def run_plot(drive: Machine, result: SimulationResult, form: str) -> bytes:
-    """Histories and spectrum of a run as a "svg", "png" or "pdf", the same for the same run.
-
-    Refused with too few records for a spectrum.
-    """
+    """Histories and spectrum of a run as "svg", "png" or "pdf"; refused with too few records for one."""
     marks = spectrum_marks(drive)
     highest = max(frequency for frequency, _ in marks)
     if result.travels:  # the frequencies change on the way
@@ -175,7 +164,7 @@ def run_plot(drive: Machine, result: SimulationResult, form: str) -> bytes:
     def draw(figure: "Figure") -> None:
         title = drive.title if 0 < len(drive.title) <= LONGEST_TITLE else shorten(drive.name, LONGEST_TITLE)
         figure.suptitle(title, fontsize=TEXT - 1, y=0.99)
-        rows = len(curves_of(result).panels)
+        rows = len(curves_of(result)[0])
         heights = [0.50 / rows] * rows + [0.28]
         feet = [0.96 - sum(heights[: row + 1]) - 0.02 * row for row in range(rows)] + [0.07]
         panels = [figure.add_axes((0.13, y, 0.84, h)) for y, h in zip(feet, heights, strict=True)]

@@ -4,7 +4,6 @@ Plants at random are the machine of an axis whose lumped chain is another one.
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from math import exp, isfinite, pi
 from typing import Any, NamedTuple
 
@@ -220,10 +219,7 @@ def cable_run(cable: CablePlant, state: LoopState, tensions: Array) -> CableRun:
 
 
 def cable_words(cable: CablePlant, score: dict[str, float], angle: float) -> dict[str, object]:
-    """Resolution, stiffness, damping and modes of the ropes, spillover, sway, nearness to 1:2 resonance.
-
-    ``angle``: largest of the load [rad].
-    """
+    """Resolution and modes of the ropes, spillover, sway, nearness to 1:2; ``angle``: largest [rad]."""
     drive, case, mesh = cable.drive, cable.case, cable.case.mesh
     n, ends = len(mesh.network.motion.names), cable.numbers.turns[[0, -1]]
     motion = held_motion(mesh.network, ends[:, :n], np.zeros(n), np.ones(2))  # without strain
@@ -262,13 +258,6 @@ def machine_like(drive: Drive, chain: LumpedChain) -> Machine:
 _ROUND_OFF = 1e-9
 
 
-@lru_cache(maxsize=8)
-def _more(chain: LumpedChain, usual: LumpedChain, name: str) -> list[float]:
-    """What one chain has more than another, round-off left out."""
-    now, before = np.array([getattr(chain, name), getattr(usual, name)])
-    return np.where(np.abs(now - before) > _ROUND_OFF * before.max(), now - before, 0.0).tolist()
-
-
 def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
     """Ropes and joints are scaled; load and motors, by their share, get what there is more of the rest.
 
@@ -276,7 +265,10 @@ def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
     """
     axis, machine = drive.axis, drive.axis.machine.machine
     usual, gain, motors = plant_chain(as_axis(machine, axis.load), None), abs(axis.gain), len(machine.motor)
-    more = {name: _more(chain, usual, name) for name in ("inertias", "viscous", "coulomb")}
+    more = {}
+    for name in ("inertias", "viscous", "coulomb"):
+        now, before = np.array([getattr(chain, name), getattr(usual, name)])
+        more[name] = np.where(np.abs(now - before) > _ROUND_OFF * before.max(), now - before, 0.0).tolist()
 
     def factor(name: str, place: int) -> float:
         now, before = (getattr(own, name)[place] for own in (chain, usual))

@@ -35,7 +35,7 @@ CERTAIN = 0.05
 """Largest relative half width with which a stiffness counts as identified."""
 
 
-def around(name: str, value: float, half: float) -> tuple[float, float, float]:
+def around(name: str, value: float, half: float) -> Interval:
     """A value with its bounds, never narrower than `LEAST`."""
     half = max(half, LEAST.get(name, 0.0) * abs(value))
     return value, value - half, value + half
@@ -68,9 +68,7 @@ def identify_cable(
     return result
 
 
-def identify_joint(
-    logs: Sequence[Log], drive: Drive, found: dict[str, tuple[float, float, float]]
-) -> dict[str, tuple[float, float, float]]:
+def identify_joint(logs: Sequence[Log], drive: Drive, found: dict[str, Interval]) -> dict[str, Interval]:
     """Value and bounds of the joint's stiffness and damping: its twist against the torque that passes it."""
     if any("drive_angle" not in log.channels for log in logs):
         return {}
@@ -130,9 +128,6 @@ def _twist_rows(
 SPLITS = (-0.1, 0.1)
 """By how much the motor's share of the inertia before the cable may be off."""
 MAY_BE_NONE = (*FRICTIONS, *LOAD_FRICTIONS, "backlash")
-WEAK_SHARE = 0.1
-"""Share of the torque that an uncertainty as large as its parameter must make to count as not determined."""
-
 CHANNELS = ("torque", "angle", "load_angle")
 NAMES = ("near_inertia", "load_inertia", "viscous_friction", "coulomb_friction", "offset_torque")
 
@@ -142,7 +137,7 @@ class RegressionResult:
     """What logs say of some quantities."""
 
     # Value, lower and upper bound of what could be identified
-    intervals: dict[str, tuple[float, float, float]]
+    intervals: dict[str, Interval]
     correlations: tuple[Correlation, ...]
     undetermined: tuple[str, ...]  # what could not, in words
     # what came out negative by more than its interval, so that signs or units are wrong
@@ -212,13 +207,9 @@ def identify_chain(logs: Sequence[Log], drive: Drive) -> RegressionResult:
         for name, value, half in zip(NAMES, middle.values, halves, strict=True)
         if name not in unidentifiable
     }
-    weak = [
-        name
-        for name, (value, low, high) in found.items()
-        if (half := 0.5 * (high - low)) > abs(value)
-        and half * sizes[NAMES.index(name)] > WEAK_SHARE * middle.scale
-    ]
-    words = estimates.unidentifiable_words(middle) + tuple(estimates.weak_words(name) for name in weak)
+    weak = estimates.weak_parameters(middle, halves, sizes) & found.keys()
+    words = estimates.unidentifiable_words(middle)
+    words += tuple(estimates.weak_words(name) for name in found if name in weak)
     found = {name: interval for name, interval in found.items() if name not in weak}
     sums = found
     found, negative = _possible(sums)
