@@ -159,7 +159,7 @@ class Mode(Shape):
                 return "string"
             if not parts:
                 return "string" if kind == TRANSVERSE or not self.clamped else "rope between held ends"
-            return max(parts, key=lambda name: parts[name])
+            return max(parts, key=lambda name: round(parts[name], 9))  # of alike ones the first
         if sum(share for name, share in shares.items() if name.startswith("carriage")) >= 0.5:
             return "carriage-dominated"
         if kind == TRANSVERSE:
