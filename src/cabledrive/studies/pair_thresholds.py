@@ -104,7 +104,7 @@ def pairs_of(
 
     def order(own: NearPair) -> tuple[float, ...]:
         """Of pairs that round-off alone parts, the one whose span is listed first."""
-        return *(float(f"{value:.6g}") for value in (own.least, abs(own.detuning_hz))), spans.index(own.span)
+        return *(float(f"{value:.9g}") for value in (own.least, abs(own.detuning_hz))), spans.index(own.span)
 
     return tuple(sorted(found.values(), key=order))
 
