@@ -130,10 +130,10 @@ class Component:
             strains *= w[:, 0]
         else:  # whatever strains anything, however little, counts alike, in whatever unit a coordinate moves
             row = np.repeat(np.arange(strains.size), np.diff(t.first))
-            value, largest = np.abs(t.value), np.zeros(strains.size)
-            np.maximum.at(largest, row, value)
-            held = np.flatnonzero((strains[row] > 0.0) & (value > ROUND_OFF * largest[row]))
-            size = _sizes(row[held], t.column[held], value[held], strains.size)
+            sizes, largest = np.abs(t.value), np.zeros(strains.size)
+            np.maximum.at(largest, row, sizes)
+            held = np.flatnonzero((strains[row] > 0.0) & (sizes > ROUND_OFF * largest[row]))
+            size = _sizes(row[held], t.column[held], sizes[held], strains.size)
             for segments, base, _ in cut.segments:
                 own = size[base : base + segments.kind.size].reshape(segments.kind.shape)
                 own[:] = own.max(axis=1, keepdims=True)
