@@ -16,6 +16,7 @@ from command import refused
 from drive_strategies import drives
 from network_samples import route, routed
 from other_units import in_other_units
+from rewritten import backwards, mirrored
 
 
 def string_of_carriages(number, contrast, kind):
@@ -44,6 +45,28 @@ def test_modes_do_not_depend_on_units(name, by):
     times = [m.frequency * by[2] for m in other.modes]
     assert times == pytest.approx([m.frequency for m in own.modes], rel=1e-6)
     assert other.certified == own.certified
+
+
+@pytest.mark.parametrize("name", packaged_drives())
+def test_modes_do_not_depend_on_the_way_a_route_is_followed(name):
+    """A ropeway was refused: of its coefficients those of round-off alone had their say in the scales."""
+    given = cd.load_drive(name).machine.plain
+    own, other = cd.modes(given, count=6), cd.modes(backwards(given), count=6)
+    assert [mode.frequency for mode in other.modes] == pytest.approx(
+        [mode.frequency for mode in own.modes], rel=1e-8
+    )
+    assert (other.certified, other.rigid_body_modes) == (own.certified, own.rigid_body_modes)
+
+
+@pytest.mark.parametrize("name", ["capstan-arm", "dissertation-1"])
+def test_of_parts_that_move_alike_a_mode_is_named_after_the_first(name):
+    """Round-off decided between two idlers, or two pulleys, and another way of writing them changed it."""
+    given = cd.load_drive(name).machine.plain
+    own, *others = (
+        [mode.family for mode in cd.modes(one, count=6).longitudinal]
+        for one in (given, mirrored(given), backwards(given))
+    )
+    assert others == [own, own]
 
 
 @pytest.mark.parametrize("contrast", [1.0, 1e3, 1e6])

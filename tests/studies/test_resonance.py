@@ -19,11 +19,22 @@ from cabledrive.studies.machine_pairs import machine_pairs
 from cabledrive.studies.resonance import remedies, resonance
 from cabledrive.studies.resonance_map import growth_map, spot_checks, steady_branches
 from oracles.averaged_motion import Slow, averaged_history
+from other_units import in_other_units
 from resonance_samples import at_detunings, damped, settings_pair
 
 
 def at_tension(drive, tension):
     return replace(drive, cable=replace(drive.cable, pretension=tension))
+
+
+def test_pairs_that_are_alike_stand_in_one_order_in_whatever_units():
+    """Two ropes of a lift with equal detunings changed places by round-off."""
+    given, by = cd.load_drive("lift-2-to-1"), (0.064, 0.153, 2.9)
+    own, other = machine_pairs(given).pairs, machine_pairs(in_other_units(given, by)).pairs
+    places = [(pair.span, pair.numbers, pair.plane) for pair in own]
+    assert [(pair.span, pair.numbers, pair.plane) for pair in other] == places
+    found = [pair.threshold_amplitude for pair in other]
+    assert found == pytest.approx([pair.threshold_amplitude for pair in own], rel=1e-6)
 
 
 def test_off_tuning_verdicts_change_at_one_and_two_half_widths():

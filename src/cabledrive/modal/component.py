@@ -17,6 +17,7 @@ LONG = 2.0
 REACH = 2.5
 """How far segments of ropes may be finer than is needed, rather than cut anew."""
 SETTLED = 30  # rounds for the sizes of rows and columns
+ROUND_OFF = 1e-12  # of a row, over its largest entry, which has no size of its own
 ASKEW = 2e-4
 """Slope of a rope to a slide [rad] below which it does not hold what slides."""
 _NONE = np.zeros(0, dtype=np.intp)
@@ -129,8 +130,10 @@ class Component:
             strains *= w[:, 0]
         else:  # whatever strains anything, however little, counts alike, in whatever unit a coordinate moves
             row = np.repeat(np.arange(strains.size), np.diff(t.first))
-            held = np.flatnonzero((strains[row] > 0.0) & (t.value != 0.0))
-            size = _sizes(row[held], t.column[held], np.abs(t.value[held]), strains.size)
+            sizes, largest = np.abs(t.value), np.zeros(strains.size)
+            np.maximum.at(largest, row, sizes)
+            held = np.flatnonzero((strains[row] > 0.0) & (sizes > ROUND_OFF * largest[row]))
+            size = _sizes(row[held], t.column[held], sizes[held], strains.size)
             for segments, base, _ in cut.segments:
                 own = size[base : base + segments.kind.size].reshape(segments.kind.shape)
                 own[:] = own.max(axis=1, keepdims=True)

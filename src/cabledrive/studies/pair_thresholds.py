@@ -101,7 +101,12 @@ def pairs_of(
             found[key] = replace(other, plane=BOTH)
         elif other is not pair:
             found[*key, pair.plane] = pair
-    return tuple(sorted(found.values(), key=lambda own: (own.least, abs(own.detuning_hz))))
+
+    def order(own: NearPair) -> tuple[float, ...]:
+        """Of pairs that round-off alone parts, the one whose span is listed first."""
+        return *(float(f"{value:.9g}") for value in (own.least, abs(own.detuning_hz))), spans.index(own.span)
+
+    return tuple(sorted(found.values(), key=order))
 
 
 def alike(first: float, second: float) -> bool:

@@ -30,6 +30,7 @@ MOST_PLACES = 2_000
 _HALVINGS = 48
 _SLOPE = 1e-6
 """Least change of a tension along a span over its mean; at it the solutions are those of a uniform string."""
+_LEVEL = 1e-9  # of its extent, by which what stands level is high by round-off
 STEEP = 0.02
 """Share of its length beyond which a rope's own stretching, which is left out, limits its sway."""
 _LOWEST, _HIGHEST = 0.4, 1.6
@@ -83,7 +84,7 @@ def sway(
     points = [pulley.at for pulley in drive.pulley] + [anchor.at for anchor in drive.anchor]
     heights = [_height(drive, point) for point in points]
     bottom, top = min(heights), max(heights)
-    if not top > bottom:
+    if not top - bottom > _LEVEL * np.ptp(points, axis=0).max():
         raise InputRefused("the machine has no height: sway is of ropes that hang in a building")
     columns = [np.asarray(column, dtype=float) for column in rows.T]
     if len(columns) > MOST_PLACES:
