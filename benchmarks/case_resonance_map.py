@@ -78,6 +78,7 @@ def timed(machine):
             torque=0.01,
             pretensions=PRETENSIONS,
             torques=TORQUES,
+            duration=1.0,
             threads=2,
         )
 
