@@ -244,8 +244,8 @@ def at_pretensions(drive: Machine, factor: float) -> Any:
         stated = rope is not None and rope.pretension is not None
         return replace(rope, pretension=factor * rope.pretension) if stated else rope
 
-    routes: Any = {"route": tuple(map(own, drive.route))} if hasattr(drive, "route") else {}
-    return replace(drive, cable=own(drive.cable), **routes)
+    listed: dict[str, Any] = {"route": tuple(map(own, drive.route))} if drive.route else {}
+    return replace(drive, cable=own(drive.cable), **listed)
 
 
 def pretension_of(machine: RoutedDrive, number: int) -> float:

@@ -48,6 +48,7 @@ class Drive(MachineBase):
     carriage: tuple[Carriage, ...] = meaning("any number of carried masses", ())
     motor: Motor | None = meaning("on the drive pulley", None)
     lumped: Lumped | None = meaning("measured stiffness and damping", None)
+    route = ()  # listed by other files
     # where it is the lumped chain of a machine with routes, for control: without spans of its own, its cable
     # has the chain's stiffness, no mass, and the pretension of a loop slack at the same torque
     chain_of: Axis | None = field(default=None, metadata={"file": False})
