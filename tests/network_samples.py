@@ -56,8 +56,8 @@ def random_network(rng, moving):
         strings.append(String(start, end, rng.uniform(0.1, 2.0), c, v, ropes))
     waves = [
         Wave(
-            _row(one.start),
-            _row(one.end),
+            row_of(one.start),
+            row_of(one.end),
             one.density * one.wave_speed,
             one.wave_speed / (one.wave_speed**2 - one.speed**2),
             (number, ALONG),
@@ -73,7 +73,7 @@ def random_network(rng, moving):
     return component, strings, np.diag(mass), np.diag(spring), others
 
 
-def _row(values):
+def row_of(values):
     return tuple((i, float(value)) for i, value in enumerate(values) if value)
 
 
@@ -99,7 +99,7 @@ def random_elastic_network(rng):
             tension[1] = tension[0] * rng.uniform(0.7, 1.4)
         ropes = int(rng.integers(1, 4))
         rows = rows if bending else rows[[0, 2]]
-        own = [_row(one) for one in rows]
+        own = [row_of(one) for one in rows]
         half = len(own) // 2
         hold = evenly(tension, length)
         tag = ((number, ACROSS),)
@@ -144,7 +144,7 @@ def random_hanging_network(rng):
 def rope_of(own, number=0):
     """The element of a hanging rope of the oracle."""
     half = len(own.rows) // 2
-    rows = [_row(one) for one in own.rows]
+    rows = [row_of(one) for one in own.rows]
 
     def direction(x):
         slope = own.slope(x)

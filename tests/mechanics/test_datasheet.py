@@ -247,6 +247,16 @@ def test_rig_of_the_dissertation_gives_the_three_of_its_errata():
     )
 
 
+def test_a_motor_of_two_pulleys_as_routes_holds_its_whole_inertia():
+    """Its pulley has none of its own: what is found of it by parts has half of the motor's, the motor all."""
+    machine = load_drive("printer-belt").machine.plain
+    first, last = machine.pulley
+    motor = replace(machine.motor[0], rotor_inertia=0.8 * machine.motor[0].inertia, gear_ratio=1.0)
+    machine = replace(machine, pulley=(replace(first, inertia=0.0), last), motor=(motor,))
+    assert machine.two_pulleys is not None
+    assert not warned(machine, "the rotor alone")
+
+
 @pytest.mark.parametrize("name", SHEETS)
 def test_what_is_odd_about_two_pulleys_is_said_of_both_forms_of_their_file(name):
     """Word for word but for a measured stiffness, which a file of routes cannot give."""

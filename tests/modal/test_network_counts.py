@@ -12,7 +12,7 @@ from cabledrive.modal import rows, runs
 from cabledrive.modal.component import Component, Fixed
 from cabledrive.modal.elements import ALONG, Wave
 from cabledrive.modal.rows import MASS, SPRING
-from network_samples import random_elastic_network, random_hanging_network, random_network
+from network_samples import random_elastic_network, random_hanging_network, random_network, row_of
 from oracles.network_fem import matrices, natural_frequencies
 from oracles.rope_fem import frequencies, with_ropes
 
@@ -261,7 +261,3 @@ def test_motions_that_strain_nothing_are_counted_in_whatever_units_coordinates_h
         ]
         springs = [Fixed(SPRING, 10.0 ** rng.uniform(-2, 4), row_of(own * units)) for own in joints]
         assert Component(range(n), [*waves, *masses, *springs]).rigid == n - rank(exact)
-
-
-def row_of(values):
-    return tuple((i, float(value)) for i, value in enumerate(values) if value)

@@ -93,7 +93,7 @@ def test_a_beam_at_a_speed_leaves_the_head_on_it_at_rest():
         rates(drive, "motor a")
 
 
-@pytest.mark.parametrize("length", [1e-3, 1e3])
+@pytest.mark.parametrize("length", [1e-5, 1e-3, 1e3])
 def test_the_rates_of_a_machine_do_not_depend_on_units(length):
     """A head that moves in small units was said to strain a rope."""
     drive = cd.load_drive("corexy")
@@ -101,6 +101,8 @@ def test_the_rates_of_a_machine_do_not_depend_on_units(length):
     assert {name: rate for name, rate in other.items() if "." in name} == pytest.approx(
         {name: rate for name, rate in own.items() if "." in name}, abs=1e-8
     )
+    with pytest.raises(cd.InputRefused, match=r"motor a moves with several of beam\.y, head\.x"):
+        rates(in_other_units(drive, (1.0, length, 1.0)), "motor a")
 
 
 SHEAVE = Order(name="sheave", pulley="traction sheave")

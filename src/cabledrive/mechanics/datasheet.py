@@ -203,7 +203,7 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
     lines = [line for check in checks for line in check(own, sheet)]
     highest = max(sheet.cable_mode_frequency_hz or 0.0, sheet.joint_mode_frequency_hz or 0.0)
     rest = drive.machine, statics_of(drive.machine, pushes=True)
-    return (*lines, *goal_warnings(own, highest), *_rotors(own), *slipping(*rest), *worn(*rest))
+    return (*lines, *goal_warnings(own, highest), *_rotors(drive), *slipping(*rest), *worn(*rest))
 
 
 def warnings_of_rest(drive: Machine) -> tuple[str, ...]:

@@ -97,11 +97,12 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
     require_known(coordinate[:60], names, f'"{coordinate[:60]}" is no coordinate')
     stiffness, own = network.static_stiffness, names.index(coordinate)
     others = [i for i in range(len(names)) if i != own]
-    beside, stiff = stiffness[np.ix_(others, others)], np.abs(np.diag(stiffness)[others])
+    stiff = np.abs(np.diag(stiffness))
     unit = 1.0 / np.sqrt(np.where(stiff > 0.0, stiff, 1.0))  # of each coordinate: metres are no radians
-    sizes, ways = np.linalg.eigh(unit[:, None] * beside * unit)
+    stiffness = unit[:, None] * stiffness * unit
+    sizes, ways = np.linalg.eigh(stiffness[np.ix_(others, others)])
     free = np.abs(sizes) <= _ASKEW * np.abs(sizes).max(initial=0.0)
-    held, loose = unit[:, None] * ways[:, ~free], unit[:, None] * ways[:, free]
+    held, loose = ways[:, ~free], ways[:, free]
     rest = -held @ (held.T @ stiffness[others, own] / sizes[~free])
     strained = stiffness[own, own] + stiffness[own, others] @ rest
     if abs(strained) > _STRAINED * stiffness[own, own]:
@@ -114,7 +115,7 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
     if np.linalg.matrix_rank(loose[still], 1e-6) < np.linalg.matrix_rank(loose[bodies], 1e-6):
         free_names = ", ".join(name for name in names if "." in name and name != coordinate)
         raise InputRefused(f"{coordinate} moves with several of {free_names}: give the speed of one of those")
-    moving = np.insert(rest, own, 1.0)
+    moving = unit * np.insert(rest, own, 1.0) / unit[own]
     return {name: float(rate) for name, rate in zip(names, moving, strict=True)}
 
 

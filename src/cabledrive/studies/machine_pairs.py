@@ -24,6 +24,7 @@ MISSING = {
     "growth_torque": "is of one straight cable between two pulleys",
     "coulomb_onset": "Coulomb friction is included for one straight cable between two pulleys",
 }
+SLACKENS = "from {:.4g} N m of steady torque at {:.4g} Hz on a rope goes slack"
 _STRETCHES = 0.1
 """Share of its strain energy in stretch from which a mode across, of a rope that hangs, can excite others."""
 _APART = 0.95
@@ -132,7 +133,7 @@ def resonance_of_pairs(drive: Machine, torque: float | None, *, details: bool = 
     reached = [own for own in found.slack if acting is not None and acting.reaches(own[0]) is not None]
     if found.slack:
         hertz, slack = min(reached or found.slack, key=lambda own: own[1])
-        reasons = (*reasons, f"from {slack:.4g} N m of steady torque at {hertz:.4g} Hz on a rope goes slack")
+        reasons = (*reasons, SLACKENS.format(slack, hertz))
         pushed = acting.amplitude or 0.0 if acting is not None and reached else 0.0
         verdict = NEAR if verdict == SAFE and pushed >= slack else verdict
     ratio = found.nearest.frequency / found.pulley.frequency

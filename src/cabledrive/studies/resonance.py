@@ -38,7 +38,7 @@ from cabledrive.reduction.threshold import (
     threshold_torque,
 )
 from cabledrive.studies import resonance_detuning as regions
-from cabledrive.studies.machine_pairs import MachinePairs, machine_pairs, resonance_of_pairs
+from cabledrive.studies.machine_pairs import SLACKENS, MachinePairs, machine_pairs, resonance_of_pairs
 from cabledrive.studies.pair_thresholds import HIGHEST, SUM, NearPair, alike
 from cabledrive.studies.resonance_detuning import (
     CLOSE_SHARE,
@@ -222,7 +222,7 @@ def _of_others(
         own = NEAR
     at, slack = min(found.slack, key=lambda own: own[1], default=(0.0, inf))
     if torque >= slack:
-        words += f"; from {slack:.4g} N m of steady torque at {at:.4g} Hz on a rope goes slack"
+        words += f"; {SLACKENS.format(slack, at)}"
     return max(verdict, own, NEAR if torque >= slack else SAFE, key=(SAFE, NEAR, RESONANT).index), words
 
 

@@ -173,7 +173,8 @@ def _two_families(
         if np.any(factor != 1.0):
             families = tuple((span, x * by) for (span, x), by in zip(families, factor.tolist(), strict=True))
             fit = family_fit.fit_families(prepared, families)
-        if fit is None or not _apart(prepared, fit) or np.any(_misread(prepared, fit) != 1.0):
+            factor = np.ones(2) if fit is None else _misread(prepared, fit)
+        if fit is None or np.any(factor != 1.0) or not _apart(prepared, fit):
             continue
         clear.append((family_fit.criterion(fit, prepared.interval) - family_fit.MISSING_PRICE * score, fit))
     clear.sort(key=lambda one: one[0])
