@@ -11,7 +11,7 @@ from cabledrive.control.observers import FlankLaw
 from cabledrive.parameters import load_drive
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig import Disturbance, Motion, RigOptions
-from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act, machine_like
+from cabledrive.rig.closed_loop.cable_plant import CableNumbers, CableRun, act, axis_like
 from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, PairNumbers
 from cabledrive.rig.closed_loop.chain_plant import chain_numbers, linear_step
 from cabledrive.rig.closed_loop.loop import close_loop, loop_at_rest, run
@@ -230,7 +230,7 @@ def test_a_drawn_machine_has_the_drawn_chain(name):
         wanted = sampled_chain(usual, rng)
         rough = tuple(one + 0.3 * rng.random() * max(wanted.coulomb) for one in wanted.coulomb)
         wanted = replace(wanted, coulomb=rough)
-        found = plant_chain(as_axis(machine_like(drive, wanted), drive.axis.load), None)
+        found = plant_chain(as_axis(axis_like(drive, wanted), drive.axis.load), None)
         for key, tolerance in (("inertias", 1e-4), ("coulomb", 1e-9), ("viscous", 1e-9)):
             scale = max(np.abs(getattr(wanted, key)).max(), 1e-12)
             np.testing.assert_allclose(getattr(found, key), getattr(wanted, key), atol=tolerance * scale)
@@ -342,7 +342,7 @@ def test_a_drawn_machine_has_the_drawn_load_be_it_a_body_or_a_carriage(tmp_path)
         heavier = (*(1.1 * own for own in usual.inertias[:-1]), 1.3 * usual.inertias[-1])
         coulomb = (usual.coulomb[0] + 0.02 * (name == "corexy"), *usual.coulomb[1:])
         wanted = replace(usual, inertias=heavier, coulomb=coulomb)
-        found = plant_chain(as_axis(machine_like(drive, wanted), drive.axis.load), None)
+        found = plant_chain(as_axis(axis_like(drive, wanted), drive.axis.load), None)
         np.testing.assert_allclose(found.inertias, wanted.inertias, rtol=3e-3)
         np.testing.assert_allclose(found.coulomb, wanted.coulomb, atol=1e-12)
 

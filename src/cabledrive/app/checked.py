@@ -54,7 +54,7 @@ def with_margins(answer: Answer, drive: Machine, file: str) -> Answer:
     """The same answer with the margins along a planned motion."""
     motion = read_motion(file, drive, torque=False)
     pushed = motion.load_torque is not None
-    machine = as_machine(two_pulleys_of(drive, "load_torque"), loaded=True) if pushed else drive.machine
+    machine = as_machine(two_pulleys_of(drive, "load_torque"), loaded=True) if pushed else drive
     along = motion.by_pulley(machine.sense)
     found = motion_margins(machine, along)
     parts = [answer.text, "\n".join([f"Planned motion: {found.verdict}", *indented(found.reasons)])]

@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import check_folder_writable, intact_object, require_regular
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.version import __version__
@@ -15,7 +15,7 @@ from cabledrive.parameters.version import __version__
 RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"
 
 
-def asked_hash(drive: Machine, files: Sequence[str | None], switches: tuple[bool, ...] = ()) -> str:
+def asked_hash(drive: Machine | Drive, files: Sequence[str | None], switches: tuple[bool, ...] = ()) -> str:
     """Hash of version, drive with its words, and bytes of goals and logs; refused if one cannot be read."""
     words = [__version__, content_hash(drive), drive.name, drive.title, str(switches)]
     words += ["" if file is None else _bytes_hash(file) for file in files]

@@ -25,7 +25,7 @@ from cabledrive.app.results import (
     provenance,
     show,
 )
-from cabledrive.parameters import InputRefused, NotComputed, load_drive, packaged_drives
+from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.terminal import on_a_terminal
 from cabledrive.parameters.units import to_si
@@ -195,7 +195,7 @@ def axis_argument(function: Function, *, winches: bool = False, chainless: bool 
         "chain.",
     )
     @functools.wraps(function)
-    def _with_axis(*, drive: Machine, axis: str | None, **options: Any) -> Any:
+    def _with_axis(*, drive: Machine | Drive, axis: str | None, **options: Any) -> Any:
         from cabledrive.reduction.network_axis import NoChain, as_axis
         from cabledrive.reduction.two_motors import is_winched
 

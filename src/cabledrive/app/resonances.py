@@ -111,7 +111,7 @@ def remedies_text(changes: tuple[Remedy, ...], what: str) -> str:
 
 def loop_text(drive: Machine, found: ResonanceSummary) -> list[str]:
     """What people read of loops and lines alone."""
-    parts, limit = [], largest_pretension(drive)
+    parts, limit = [], largest_pretension(drive.ropes[0])
     if any(pair.tuning and (pair.tuning.tuned_pretension or 0.0) > limit for pair in found.pairs):
         parts.append(f"Beyond {quantity(limit, 'N')} the cable leaves its elastic range.")
     if found.split:

@@ -35,7 +35,7 @@ class Answer:
 
 
 def provenance(
-    drive: Machine | None = None,
+    drive: Machine | Drive | None = None,
     *,
     method: str | None = None,
     step: float | None = None,

@@ -11,7 +11,7 @@ from cabledrive.answers.runs import WOUND
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.results import Answer, provenance
 from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ NOT_HERE = (
 )
 
 
-def two_motor_answer(drive: RoutedDrive, plant_settings: tuple[str, ...], spec: dict[str, Any]) -> Answer:
+def two_motor_answer(drive: Machine, plant_settings: tuple[str, ...], spec: dict[str, Any]) -> Answer:
     """Run the law of two motors on two winches, with those options of `track` that have an effect here."""
     from cabledrive.rig import BodyMotion, RigOptions, track
     from cabledrive.rig.setting import parse_disturbance

@@ -16,9 +16,8 @@ from cabledrive.campaign.results import FEWEST_ROWS, Results, open_results, tole
 from cabledrive.campaign.rows import WORDS
 from cabledrive.campaign.spec import DRIVE, settings_of
 from cabledrive.parameters import InputRefused, drive_text
+from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.keys import varied_together
-from cabledrive.parameters.tables import drive_from_tables
-from cabledrive.parameters.toml_values import toml_of
 from cabledrive.report.blocks import Block, Chapter, Figure, Paragraph, Table, table
 from cabledrive.report.page import page_of
 
@@ -229,7 +228,7 @@ def _link(results: Results, row: int) -> Markup:
         values[key] = {"f": float, "i": bool}.get(array.dtype.kind, str)(array[row])
     name = values.get(DRIVE, next(iter(files)))
     try:
-        drive = varied_together(drive_from_tables(toml_of(files[name].encode())), settings_of(values, ""))
+        drive = varied_together(drive_from_text(files[name]), settings_of(values, ""))
     except InputRefused:
         return Markup("")
     file = "data:application/toml;base64," + b64encode(drive_text(drive).encode()).decode()

@@ -284,9 +284,9 @@ def system_block(source: ExportSource, what: str) -> Block:
     return _of_law(source, what, program, variables, **calls, **words)
 
 
-def cable_block(drive: Machine) -> Block:
+def cable_block(machine: Machine) -> Block:
     """The cable of a drive, translated; refused: two parts whose names are one in C."""
-    cable, program = modal_cable(drive), Program()
+    cable, program = modal_cable(machine), Program()
     state = program.state("cd_cable", "cable", new_stretch_state(cable.numbers))
     frozen = program.frozen("numbers", cable.numbers)
     spans, motions = len(cable.spans), len(cable.motions)
@@ -301,7 +301,7 @@ def cable_block(drive: Machine) -> Block:
         kernels["middle"] = (cable_middle, [frozen, state, _named("middles", spans)])
     calls = {name: program.root(kernel, values)[1] for name, (kernel, values) in kernels.items()}
     groups, variables, places = _variables(cable), list[Variable](), dict[str, int]()
-    left_out, machine = list[str](), drive.machine
+    left_out = list[str]()
     if any(part.capstan_friction for part in machine.pulley):
         left_out.append("ropes do not slip: capstan_friction is left out")
     if not cable.sine:  # ropes are straight in the linear model
@@ -318,11 +318,11 @@ def cable_block(drive: Machine) -> Block:
         raise InputRefused("two parts of the machine have names that are one in C: rename one")
     return Block(
         what="cable",
-        drive=drive.name,
-        title=f"{drive.title or drive.name}: cable in modes",
+        drive=machine.name,
+        title=f"{machine.title or machine.name}: cable in modes",
         interval=cable.interval,
         program=program,
-        words={"hash": content_hash(drive), "cable": cable, "calls": calls, "places": places},
+        words={"hash": content_hash(machine), "cable": cable, "calls": calls, "places": places},
         variables=variables,
         notes=[*_notes(cable), *left_out],
     )

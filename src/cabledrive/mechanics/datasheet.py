@@ -14,6 +14,7 @@ from cabledrive.mechanics.network.span_table import ELASTIC_RULE, route_warnings
 from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
+from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import PART_NAMES, Drive
 from cabledrive.parameters.fields import described
 from cabledrive.parameters.route.drive import Machine
@@ -113,12 +114,12 @@ class DerivedQuantities(Result):
         return values | {"reasons": {name: whys[name] for name, value in values.items() if value is None}}
 
 
-def derived_quantities(drive: Machine) -> DerivedQuantities:
+def derived_quantities(drive: Machine | Drive) -> DerivedQuantities:
     """Work out the datasheet of a drive.
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine or Drive
         One cable between two pulleys.
 
     Returns
@@ -135,7 +136,7 @@ def derived_quantities(drive: Machine) -> DerivedQuantities:
     drive = two_pulleys_of(drive, "`derived_quantities`")
     cable, motor, sensors = drive.cable, drive.motor, drive.sensors
     mass = len(drive.spans) * drive.span_length * cable.mass_per_length
-    rest = rest_state(drive)
+    rest = rest_state(drive.machine)
     sag = max(section.sag for section in rest.sections)
     rims = [None if s.fixed else s.rim_mass / mass for s in shafts_of(drive)[:2]]
     modes = [omega and omega / (2.0 * pi) for omega in (lumped_cable_mode(drive), lumped_joint_mode(drive))]
@@ -188,7 +189,7 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine
 
     Returns
     -------
@@ -197,12 +198,12 @@ def drive_warnings(drive: Machine) -> tuple[str, ...]:
     """
     own = drive.two_pulleys
     if own is None:
-        return (*route_warnings(drive.machine), *_rotors(drive))
+        return (*route_warnings(drive), *_rotors(drive))
     sheet = derived_quantities(own)
     checks = (_static, _elastic, _sag, _bends, _torque, _light, _stiffness, _joint)
     lines = [line for check in checks for line in check(own, sheet)]
     highest = max(sheet.cable_mode_frequency_hz or 0.0, sheet.joint_mode_frequency_hz or 0.0)
-    rest = drive.machine, statics_of(drive.machine, pushes=True)
+    rest = drive, statics_of(drive, pushes=True)
     return (*lines, *goal_warnings(own, highest), *_rotors(drive), *slipping(*rest), *worn(*rest))
 
 
@@ -210,7 +211,7 @@ def warnings_of_rest(drive: Machine) -> tuple[str, ...]:
     """Warnings that touch what is said of vibrations, a line each: slack at rest, strain and sag."""
     own = drive.two_pulleys
     if own is None:
-        return tuple(strained(drive.machine))
+        return tuple(strained(drive))
     sheet = derived_quantities(own)
     return tuple(line for check in (_static, _elastic, _sag, _bends) for line in check(own, sheet))
 
@@ -220,22 +221,21 @@ def sags(drive: Drive) -> bool:
     return any(True for _ in _sag(drive, derived_quantities(drive)))
 
 
-def largest_pretension(drive: Machine) -> float:
-    """Pretension that strains the first rope to its ``strain_limit``, without one to `ELASTIC_RULE` [N]."""
-    rope = drive.machine.ropes[0]
+def largest_pretension(rope: Rope) -> float:
+    """Pretension that strains a rope to its ``strain_limit``, without one to `ELASTIC_RULE` [N]."""
     return (rope.strain_limit or ELASTIC_RULE) * rope.axial_rigidity
 
 
-def elastic_range(drive: Machine) -> str:
+def elastic_range(rope: Rope) -> str:
     """How far a pretension may be raised, for a sentence that advises none."""
-    return f"within the cable's elastic range, up to {rounded(largest_pretension(drive), 4)} N,"
+    return f"within the cable's elastic range, up to {rounded(largest_pretension(rope), 4)} N,"
 
 
 def _none_is_enough(drive: Drive, needed: float) -> str:
     """Said instead of a pretension beyond the elastic range that the file states; else nothing."""
-    if drive.cable.strain_limit is None or needed <= largest_pretension(drive):
+    if drive.cable.strain_limit is None or needed <= largest_pretension(drive.cable):
         return ""
-    return f"no pretension {elastic_range(drive)} is enough"
+    return f"no pretension {elastic_range(drive.cable)} is enough"
 
 
 def _or_raise(drive: Drive, needed: float) -> str:
@@ -261,8 +261,8 @@ def _elastic(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
         origin = "strain_limit" if stated else "a rule of thumb: give strain_limit"
         yield (
             f"the pretension strains the cable by {rounded(100 * sheet.prestrain, 4)}%, beyond {limit:.3%}, "
-            f"its elastic range ({origin}); lower the pretension below {largest_pretension(drive):.4g} N "
-            "or take more cable"
+            f"its elastic range ({origin}); lower the pretension below {largest_pretension(drive.cable):.4g} "
+            "N or take more cable"
         )
 
 
@@ -270,7 +270,7 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A sag that bends the straight cable of the reduced models."""
     ratio, irvine = sheet.sag_ratio / SMALL_SAG, sheet.irvine_parameter / SMALL_IRVINE
     if max(ratio, irvine) > 1.0:
-        pull = max(stretch.mean_tension for stretch in rest_state(drive).stretches)
+        pull = max(stretch.mean_tension for stretch in rest_state(drive.machine).stretches)
         straight = pull * max(ratio, irvine ** (1.0 / 3.0))
         advice = _none_is_enough(drive, straight) or f"a pretension of {straight:.3g} N would be enough"
         yield (
@@ -284,7 +284,7 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
 def _bends(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A bending stiffness that the modes alone count: hinged at pulleys, clamped at carriages."""
     bent = sqrt((drive.cable.bending_stiffness or 0.0) / drive.cable.pretension)
-    bent /= min(own.end - own.start for own in rest_state(drive).sections)
+    bent /= min(own.end - own.start for own in rest_state(drive.machine).sections)
     raised = 0.5 * (pi * bent) ** 2 + (2.0 * bent if drive.carriage else 0.0)
     if raised > 1e-4:
         yield (

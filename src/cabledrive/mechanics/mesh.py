@@ -27,7 +27,7 @@ from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.rest import statics_under
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 
 FEWEST_SEGMENTS = 3
 MOST_SEGMENTS = 1_000_000
@@ -46,7 +46,7 @@ class Wrap(NamedTuple):
     ropes: int
 
 
-def wraps_of(drive: RoutedDrive, pieces: list[int]) -> tuple[Wrap, ...]:
+def wraps_of(drive: Machine, pieces: list[int]) -> tuple[Wrap, ...]:
     """Wraps of pulleys with a friction coefficient, not at ends of routes; ``pieces``: span of each piece."""
     found = []
     for number, span in enumerate(drive.free_spans):
@@ -195,7 +195,7 @@ def divided(network: Network, segments: int, *, whole: bool = False) -> Mesh:
     )
 
 
-def _recorded(names: tuple[str, ...], drive: RoutedDrive) -> tuple[tuple[str, ...], Array]:
+def _recorded(names: tuple[str, ...], drive: Machine) -> tuple[tuple[str, ...], Array]:
     """What records call the coordinates, and those by the coordinates."""
     if not (angles := drive.angles):
         return names, np.eye(len(names))
@@ -205,12 +205,12 @@ def _recorded(names: tuple[str, ...], drive: RoutedDrive) -> tuple[tuple[str, ..
     return (*dict(angles), *others), np.stack([*rows, *others.values()])
 
 
-def mesh_of(drive: Machine, segments: int) -> Mesh:
+def mesh_of(machine: Machine, segments: int) -> Mesh:
     """Divide the ropes of a machine into segments; whole spans where records call them by its file, else cut.
 
     Refused: too few segments, or too many to be stored; `NotComputed` if no state of rest is found.
     """
-    machine, whole = drive.machine, bool(drive.machine.called)
+    whole = bool(machine.called)
     carried = list(map(Motion(machine).carriage_name, range(len(machine.carriage)))) if whole else []
     network = network_of(machine, hold=carried, statics=statics_under(machine))
     return divided(network, segments, whole=whole)

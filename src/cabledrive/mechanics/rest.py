@@ -23,7 +23,7 @@ from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 
 
 @described
@@ -91,7 +91,7 @@ def rest_state(drive: Machine, *, at_torque: float = 0.0) -> RestState:
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine
     at_torque : float, default 0.0
         Of two pulleys: steady torque on the drive pulley on top of what holds the weights, taken up at the
         load pulley [N m]; positive relieves the upper span.
@@ -107,10 +107,10 @@ def rest_state(drive: Machine, *, at_torque: float = 0.0) -> RestState:
     NotComputed
         If no state of rest is found.
     """
-    return _kept_state(drive.machine, at_torque)
+    return _kept_state(drive, at_torque)
 
 
-def statics_under(machine: RoutedDrive, at_torque: float = 0.0) -> Statics:
+def statics_under(machine: Machine, at_torque: float = 0.0) -> Statics:
     """A machine at rest; ``at_torque``: as of `rest_state`, refused of any other than two pulleys [N m]."""
     pushes = bool(machine.called)
     if not at_torque:
@@ -126,7 +126,7 @@ def statics_under(machine: RoutedDrive, at_torque: float = 0.0) -> Statics:
 
 
 @lru_cache(maxsize=64)
-def _kept_state(machine: RoutedDrive, at_torque: float) -> RestState:
+def _kept_state(machine: Machine, at_torque: float) -> RestState:
     statics = statics_under(machine, at_torque)
     torque = -machine.sense * float(sum(statics.torques[i] for i in machine.turned[:1]))
     if machine.angles:  # of two pulleys: in their sense, a line without what stands there
@@ -140,9 +140,7 @@ def _kept_state(machine: RoutedDrive, at_torque: float) -> RestState:
     )
 
 
-def _sections(
-    machine: RoutedDrive, number: int, pieces: Sequence[RestingStretch]
-) -> Iterator[RestingSection]:
+def _sections(machine: Machine, number: int, pieces: Sequence[RestingStretch]) -> Iterator[RestingSection]:
     """What hangs between held places of a span, its force across and load counted downwards."""
     span = machine.free_spans[number]
     down, rope = 1.0 if np.dot(span.across, gravity(machine)) >= 0.0 else -1.0, machine.ropes[span.route]

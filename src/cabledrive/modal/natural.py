@@ -48,7 +48,7 @@ def modes(
 
     Parameters
     ----------
-    drive : Drive, RoutedDrive or Chain
+    drive : Drive, Machine or Chain
         A `cabledrive.mechanics.Chain` has the modes of its one direction of motion, listed as longitudinal;
         its own springs and fixed ends say how it is held. Its segments may be different cables.
     below : float, optional
@@ -241,7 +241,7 @@ def natural_frequencies(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine
     below : float, optional
         Upper end [Hz].
     count : int, optional

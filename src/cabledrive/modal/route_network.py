@@ -18,7 +18,7 @@ from cabledrive.modal.networks import ModalNetwork, PieceOfSpan
 from cabledrive.modal.pieces import End, parts_of_piece, straight_above
 from cabledrive.modal.rows import MASS, SPRING
 from cabledrive.parameters import NotComputed
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 
 
 def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False) -> ModalNetwork:
@@ -126,7 +126,7 @@ def network_at_rest(
     two pulleys what moves along the ropes alone.
     """
     own: Any = stated  # of whichever form
-    drive: RoutedDrive = (replace(own, layout=replace(own.layout, gravity=0.0)) if taut else own).machine
+    drive: Machine = (replace(own, layout=replace(own.layout, gravity=0.0)) if taut else own).machine
     numbers = [f"carriage {number}" for number in range(len(drive.carriage))]
     names = list(map(Motion(drive).carriage_name, range(len(drive.carriage))))
     called = numbers if drive.called else names

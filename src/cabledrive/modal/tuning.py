@@ -35,7 +35,7 @@ from cabledrive.modal.route_network import network_at_rest, network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 
 TURNING = 1e-6
 """Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""
@@ -79,7 +79,7 @@ def pulley_mode(drive: Drive) -> PulleyMode:
         raise InputRefused(
             "pulley.0.fixed and pulley.1.fixed are true: no pulley turns, there is no pulley mode; free one"
         )
-    spectrum = Spectrum(network_at_rest(drive, taut=True)[0])
+    spectrum = Spectrum(network_at_rest(drive.machine, taut=True)[0])
     seen, wanted = 0, 2
     while seen < HIGHEST_SEARCHED:
         found = spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0]
@@ -139,7 +139,7 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
     """
     pulley = pulley_mode(drive).omega / (2 * pi)
     pairs = []
-    for place, chain in enumerate(transverse_chains(drive, rest=rest_state(drive))):
+    for place, chain in enumerate(transverse_chains(drive, rest=rest_state(drive.machine))):
         section = (chain.stretches[0].start, chain.stretches[-1].end)
         turns = pulley * float(chain.chain.travel_times.sum())  # up to half the pulley mode
         kept = numbers or max(FEWEST_NUMBERS, min(MOST_NUMBERS, int(turns + 1.0)))
@@ -179,7 +179,7 @@ def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:
     """Pretension that tunes one mode of a section at rest: what its own tension lacks is added to it."""
     rigidity, current = drive.cable.axial_rigidity, drive
     for _ in range(_PASSES):
-        string = transverse_chains(current, rest=rest_state(current))[place]
+        string = transverse_chains(current, rest=rest_state(current.machine))[place]
         own, force = section_frequencies(string, number)[number - 1], float(string.chain.rigidity)
         wanted = force * (pulley_mode(current).omega / (2 * own)) ** 2
         if wanted >= rigidity:
@@ -237,18 +237,20 @@ def first_modes(network: Network) -> tuple[Mode, dict[str, Mode]]:
     return pulley, lowest
 
 
-def at_pretensions(drive: Machine, factor: float) -> Any:
+def at_pretensions(machine: Machine, factor: float) -> Machine:
     """The machine with all pretensions of its file times a factor."""
 
     def own(rope: Any) -> Any:
         stated = rope is not None and rope.pretension is not None
         return replace(rope, pretension=factor * rope.pretension) if stated else rope
 
-    listed: dict[str, Any] = {"route": tuple(map(own, drive.route))} if drive.route else {}
-    return replace(drive, cable=own(drive.cable), **listed)
+    listed: Any = machine.listed
+    routes = {"route": tuple(map(own, listed.route))} if listed.route else {}
+    changed: Machine = replace(listed, cable=own(listed.cable), **routes).machine
+    return changed
 
 
-def pretension_of(machine: RoutedDrive, number: int) -> float:
+def pretension_of(machine: Machine, number: int) -> float:
     """Pretension that the file gives the rope of a span [N]; refused where it gives none."""
     span = machine.free_spans[number]
     if (pretension := machine.ropes[span.route].pretension) is None:
@@ -263,11 +265,11 @@ def tuning_factor(drive: Machine, number: int) -> float:
     """
     from scipy.optimize import brentq
 
-    span = drive.machine.spans[number]
+    span = drive.spans[number]
     none = InputRefused(f"no pretension tunes {span}: weights and springs make most of its tension")
 
-    def at(power: float) -> RoutedDrive:
-        return at_pretensions(drive, exp(power)).machine
+    def at(power: float) -> Machine:
+        return at_pretensions(drive, exp(power))
 
     @cache
     def off(power: float) -> float:

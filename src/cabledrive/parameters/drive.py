@@ -13,7 +13,7 @@ from cabledrive.parameters.fields import choice, described, meaning, nearest
 from cabledrive.parameters.machine import MachineBase
 
 if TYPE_CHECKING:
-    from cabledrive.parameters.route.drive import Machine, RoutedDrive
+    from cabledrive.parameters.route.drive import Machine
 
 PART_NAMES = ("drive pulley", "load pulley", "motor", "cable")
 SENSE = -1.0
@@ -76,16 +76,6 @@ class Drive(MachineBase):
             )
 
     @property
-    def two_pulleys(self) -> "Drive | None":
-        """Itself, which has closed forms, but for a lumped chain, which has no spans of its own."""
-        return None if self.chain_of else self
-
-    @property
-    def whole(self) -> "Machine":
-        """Itself, or the machine whose lumped chain it is."""
-        return self.axis.machine
-
-    @property
     def plant(self) -> "Drive":
         """Itself, which control takes as it stands."""
         return self
@@ -93,14 +83,16 @@ class Drive(MachineBase):
     @property
     def axis(self) -> Axis:
         """The axis that its motor moves: of a machine with routes, or its own load pulley."""
-        return self.chain_of or Axis(machine=self, gain=SENSE, words={"motors": {"drive pulley": SENSE}})
+        return self.chain_of or Axis(
+            machine=self.machine, gain=SENSE, words={"motors": {"drive pulley": SENSE}}
+        )
 
     @cached_property
-    def machine(self) -> "RoutedDrive":
+    def machine(self) -> "Machine":
         """It as a machine with routes; where it is a lumped chain, the machine that has it."""
         from cabledrive.parameters.route.two_pulleys import as_machine
 
-        return self.chain_of.machine.machine if self.chain_of else as_machine(self)
+        return self.chain_of.machine if self.chain_of else as_machine(self)
 
     @property
     def closed(self) -> bool:

@@ -7,7 +7,7 @@ from functools import cache
 from importlib import resources
 from math import inf
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
@@ -22,8 +22,8 @@ from cabledrive.parameters.units import to_si
 DEEPEST_KEY = 3  # pulley.0.inertia
 
 
-def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
-    """Load a drive by the path of its file, or by the name of a packaged one.
+def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Machine:
+    """Load a machine by the path of its file, or by the name of a packaged one.
 
     Parameters
     ----------
@@ -36,9 +36,9 @@ def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
 
     Returns
     -------
-    Drive
-        Of kind "route" a `cabledrive.parameters.route.RoutedDrive`, which has bodies and routes instead of
-        two pulleys; what supports two pulleys alone refuses it.
+    Machine
+        Whatever the kind of its file. One cable between two pulleys has closed forms as well, see
+        `Machine.two_pulleys`.
 
     Raises
     ------
@@ -47,18 +47,18 @@ def load_drive(source: str | Path, *, overrides: Iterable[str] = ()) -> Drive:
     """
     try:
         data = toml_of(_read(source))
-        return cast(Drive, _built(data, overrides))
+        return _built(data, overrides)
     except InputRefused as refusal:
         raise refusal.at(str(source) or '""') from None
 
 
-def drive_from_text(text: str, *, overrides: Iterable[str] = ()) -> Drive:
-    """As `load_drive`, from the text of a drive file; a machine with routes is a `RoutedDrive`."""
-    return cast(Drive, _built(toml_of(text.encode()), overrides))
+def drive_from_text(text: str, *, overrides: Iterable[str] = ()) -> Machine:
+    """As `load_drive`, from the text of a drive file."""
+    return _built(toml_of(text.encode()), overrides)
 
 
 def _built(data: dict[str, Any], overrides: Iterable[str]) -> Machine:
-    """The drive of a file's plain data, with settings; a machine with routes is moved once it is whole."""
+    """The machine of a file's plain data, with settings; bodies are moved once it is whole."""
     pose: dict[str, float] = {}
     for setting in overrides:
         key, _, value = (part.strip() for part in setting.partition("="))
@@ -72,16 +72,16 @@ def _built(data: dict[str, Any], overrides: Iterable[str]) -> Machine:
             pose[key] = float(number)
         else:
             _override(data, setting)
-    drive: Any = drive_from_tables(data)
-    return moved(drive, pose) if pose else drive
+    machine = drive_from_tables(data).machine
+    return moved(machine, pose) if pose else machine
 
 
-def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
-    """Write a drive as a file that loads to an equal drive.
+def save_drive(drive: Machine | Drive, path: str | Path, *, force: bool = False) -> Path:
+    """Write a machine as a file that loads to an equal one, in the form that it was read from.
 
     Parameters
     ----------
-    drive : Drive
+    drive : Machine or Drive
     path : path-like
         File to write.
     force : bool, default False
@@ -100,12 +100,12 @@ def save_drive(drive: Drive, path: str | Path, *, force: bool = False) -> Path:
     return write_whole(path, drive_text(drive), force=force)
 
 
-def drive_text(drive: Machine) -> str:
+def drive_text(drive: Machine | Drive) -> str:
     """Text of the drive's file: SI values, each with its unit.
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine or Drive
 
     Returns
     -------

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import Field, is_dataclass, replace
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 from cabledrive.answers.figures import fields_by_key
 from cabledrive.parameters.errors import InputRefused
@@ -11,17 +11,16 @@ from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.strain_free import POSE, moved
 
-Varied = TypeVar("Varied", bound=Machine)
 Steps = tuple[Any, ...]
 
 
-def varied_together(drive: Varied, values: Mapping[str, Any]) -> Varied:
-    """Drive with other values of several keys, those of one table at once; bodies move together."""
+def varied_together(drive: Machine, values: Mapping[str, Any]) -> Machine:
+    """Machine with other values of several keys, those of one table at once; bodies move together."""
     pose = {key: float(value) for key, value in values.items() if _moves(drive, key)}
     try:
-        found: Any = _replaced(
-            drive, {_located(drive, key)[0]: value for key, value in values.items() if key not in pose}
-        )
+        found: Machine = _replaced(
+            drive.listed, {_located(drive, key)[0]: value for key, value in values.items() if key not in pose}
+        ).machine
         if pose:
             found = moved(found, pose)
     except InputRefused as refusal:
@@ -60,7 +59,7 @@ def _moves(drive: Machine, key: str) -> bool:
 
 def _located(drive: Machine, key: str) -> tuple[Steps, Field[Any]]:
     """The way to a key by fields and numbers of entries, and its field."""
-    part: Any = drive
+    part: Any = drive.listed
     steps: list[Any] = []
     left = key.split(".")
     while left:

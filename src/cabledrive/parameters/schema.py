@@ -11,7 +11,7 @@ from cabledrive.parameters.cable import cable_types
 from cabledrive.parameters.drive import Drive, carriage_number
 from cabledrive.parameters.fields import LARGEST, SMALLEST
 from cabledrive.parameters.machine import MOST_CARRIAGES, WORDS
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import MOVES
 from cabledrive.parameters.tables import ARRAYS, KEY, RELATIVE, TABLES, tables_from_drive
 
@@ -94,7 +94,7 @@ def _both_rigidities() -> dict[str, Any]:
 
 def _route_schema() -> dict[str, Any]:
     """Files of kind "route"."""
-    schema = _whole_schema(RoutedDrive)
+    schema = _whole_schema(Machine)
     keys = schema["properties"]
     keys[KEY] = {
         "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}],
@@ -167,7 +167,7 @@ def _field_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
     return schema
 
 
-def content_hash(drive: Machine) -> str:
+def content_hash(drive: Machine | Drive) -> str:
     """Hash of everything that can change a result: all SI values, not the words around them.
 
     Defaults are left out, so that a key added to the format later leaves the hashes of older drives alone;
@@ -175,7 +175,7 @@ def content_hash(drive: Machine) -> str:
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine or Drive
 
     Returns
     -------
@@ -183,6 +183,7 @@ def content_hash(drive: Machine) -> str:
         64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without its words).
     """
     content = tables_from_drive(drive, words=False)
+    drive = drive if isinstance(drive, Drive) else drive.listed
     if isinstance(drive, Drive):
         if drive.chain_of:
             content["machine"] = tables_from_drive(drive.axis.machine, words=False)

@@ -12,7 +12,7 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_text, kind_of, nearest, written
 from cabledrive.parameters.machine import SCHEMA_VERSION, WORDS, check_count
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
@@ -26,14 +26,14 @@ from cabledrive.parameters.units import to_si
 
 TABLES: dict[type, dict[str, type]] = {
     Drive: {"cable": Cable, "layout": parts.Layout, "motor": parts.Motor, "lumped": parts.Lumped},
-    RoutedDrive: {"cable": Rope, "layout": RouteLayout},
+    Machine: {"cable": Rope, "layout": RouteLayout},
 }
 """Tables that stand in a file once, by the kind of machine."""
 for _tables in TABLES.values():
     _tables |= {"sensors": parts.Sensors, "goal": parts.Goal, "excitation": parts.StatedExcitation}
 ARRAYS: dict[type, dict[str, type]] = {
     Drive: {"pulley": parts.Pulley, "carriage": parts.Carriage},
-    RoutedDrive: {"body": Body, "pulley": RoutedPulley, "anchor": Anchor, "route": Route}
+    Machine: {"body": Body, "pulley": RoutedPulley, "anchor": Anchor, "route": Route}
     | {"carriage": RoutedCarriage, "motor": RoutedMotor},
 }
 """Tables that stand there any number of times."""
@@ -50,8 +50,8 @@ OTHER_WORDS = {
 """Words of data sheets that are no keys, each with the key that says it."""
 
 
-def drive_from_tables(data: dict[str, Any]) -> Any:
-    """Build a drive or a machine with routes from the tables, numbers (SI) and text of its file.
+def drive_from_tables(data: dict[str, Any]) -> Machine | Drive:
+    """Build what a file lists, a machine or two pulleys, from its tables, numbers (SI) and text.
 
     Refused: an unknown or missing key, a value of the wrong type, unit or range, parts that do not fit.
     """
@@ -65,8 +65,8 @@ def drive_from_tables(data: dict[str, Any]) -> Any:
         raise InputRefused(
             f"schema {shown}, but this version reads schema {SCHEMA_VERSION}: write schema = {SCHEMA_VERSION}"
         )
-    machine: type = RoutedDrive if data.get("kind") == "route" else Drive
-    if machine is RoutedDrive:
+    machine: type[Machine | Drive] = Machine if data.get("kind") == "route" else Drive
+    if machine is Machine:
         data = with_shaft(data)
         if isinstance(data.get("motor"), dict):  # a single motor may be a plain table
             data = data | {"motor": [data["motor"]]}
@@ -77,7 +77,7 @@ def drive_from_tables(data: dict[str, Any]) -> Any:
             given = with_type(data[key], key) if key == "cable" else data[key]
             content[key] = table_from(given, table, key)
     rows = {key: _rows_of(data, key) for key in ARRAYS[machine] if key in data}
-    if machine is RoutedDrive:
+    if machine is Machine:
         _expand(rows)
     check_count(len(rows.get("carriage", [])))
     completed = {"body": _with_units, "route": with_type}
@@ -141,18 +141,19 @@ def _value(value: Any, field: dataclasses.Field[Any], key: str) -> Any:
     return value
 
 
-def tables_from_drive(drive: Machine, *, words: bool = True) -> dict[str, Any]:
+def tables_from_drive(drive: Machine | Drive, *, words: bool = True) -> dict[str, Any]:
     """Write a machine as the plain data of a file: SI, each quantity with its unit, defaults left out.
 
     With ``words``, names and other text without bearing on results, it reads back as an equal machine;
     without them parts of one with routes are called by their numbers.
     """
+    drive = drive if isinstance(drive, Drive) else drive.listed
     data: dict[str, Any] = {
         key: getattr(drive, key)
         for key in HEAD
         if (words or key not in WORDS) and (key == "name" or getattr(drive, key) != "")
     }
-    machine = RoutedDrive if isinstance(drive, RoutedDrive) else Drive
+    machine = Machine if isinstance(drive, Machine) else Drive
     fields = fields_by_key(machine)
     for key in TABLES[machine]:
         table = getattr(drive, key)
@@ -161,7 +162,7 @@ def tables_from_drive(drive: Machine, *, words: bool = True) -> dict[str, Any]:
     for key in ARRAYS[machine]:
         if getattr(drive, key):
             data[key] = [_plain(row, words) for row in getattr(drive, key)]
-    return _numbered(drive, data) if isinstance(drive, RoutedDrive) and not words else data
+    return _numbered(drive, data) if isinstance(drive, Machine) and not words else data
 
 
 def _plain(table: Any, words: bool) -> dict[str, Any]:
@@ -193,7 +194,7 @@ TURNING = {"stiffness": "N m/rad", "damping": "N m s/rad", "coulomb_friction": "
 """Keys of a body with the unit they have where it turns."""
 
 
-def _numbered(drive: RoutedDrive, data: dict[str, Any]) -> dict[str, Any]:
+def _numbered(drive: Machine, data: dict[str, Any]) -> dict[str, Any]:
     """Parts called by number instead of name, so that a hash does not depend on names."""
     for key in ("body", "pulley", "anchor"):
         for part, row in zip(getattr(drive, key), data.get(key, []), strict=False):

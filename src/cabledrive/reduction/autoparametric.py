@@ -84,7 +84,7 @@ class AutoparametricModel:
 
 
 def autoparametric_model(
-    drive: Machine,
+    drive: Machine | Drive,
     *,
     number: int | None = None,
     planes: int = 1,
@@ -153,7 +153,8 @@ def _strings(
     drive: Drive, load_torque: float, along: list[SlopeWave]
 ) -> tuple[tuple[LabelledChain, ...], float]:
     """Sections under their tension at rest, and the q at which one of them loses it."""
-    rest = rest_state(drive, at_torque=-load_torque * drive.drive_pulley.radius / drive.load_pulley.radius)
+    at_torque = -load_torque * drive.drive_pulley.radius / drive.load_pulley.radius
+    rest = rest_state(drive.machine, at_torque=at_torque)
     strings = transverse_chains(drive, rest=rest)
     slack = min(
         section.lowest_tension / (drive.cable.axial_rigidity * across.largest_slope(along, section.span))

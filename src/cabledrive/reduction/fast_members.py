@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction import fast_simulation as fast
 from cabledrive.reduction.stretch_runs import ensemble_run
@@ -38,7 +40,7 @@ _SMALL = 1e-6  # m, height of the pluck from which all are scaled
 
 
 def fast_ensemble(
-    drive: Drive,
+    drive: Machine | Drive,
     duration: float,
     axes: Mapping[str, Sequence[float] | Array],
     *,
@@ -54,7 +56,7 @@ def fast_ensemble(
 
     Parameters
     ----------
-    drive : Drive
+    drive : Machine or Drive
         As for `simulate_fast`.
     duration : float
         Length of the runs [s].
@@ -86,6 +88,7 @@ def fast_ensemble(
         If an axis is unknown or empty, a member does not fit the model, or the result does not fit into
         memory.
     """
+    drive = two_pulleys_of(drive, "the fast model, unlike --model exact,")
     scheme = scheme or fast.FastScheme()
     values, members = _members(axes, common or {}, duration * rate)
     keys = [tuple(member.get(name) for name in OF_THE_DRIVE) for member in members]

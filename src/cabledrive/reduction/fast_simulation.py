@@ -15,7 +15,8 @@ from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.files import check_writable, not_written, one_process
 from cabledrive.parameters.route import Machine
-from cabledrive.parameters.route.two_pulleys import ANGLES, NAMES, two_pulleys_of
+from cabledrive.parameters.route.drive import ANGLES
+from cabledrive.parameters.route.two_pulleys import NAMES, two_pulleys_of
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.stretches import StretchModel, numbers_of
 from cabledrive.reduction.uniform_tension import IntegratedMotion, integrate, uniform_tension_model
@@ -182,7 +183,7 @@ class FastScheme:
 
 
 def simulate_fast(
-    drive: Machine,
+    drive: Machine | Drive,
     duration: float,
     *,
     torque: Signal | float | Function = 0.0,
@@ -200,7 +201,7 @@ def simulate_fast(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine or Drive
         A loop round two pulleys without carriages, held pulleys and Coulomb friction.
     duration : float
         Length of the run [s].
@@ -320,7 +321,7 @@ def start_amplitudes(drive: Drive, model: StretchModel, start: Start) -> tuple[A
     transverse amplitudes [m] and rates of both spans, in the plane w, and in v where something moves in it.
     Raises `InputRefused` if the start does not fit the model.
     """
-    mesh, law = mesh_of(drive, _PROJECTION_SEGMENTS), cable_law(drive.cable)
+    mesh, law = mesh_of(drive.machine, _PROJECTION_SEGMENTS), cable_law(drive.cable)
     if any(pluck.plane == "u" for pluck in (*start.plucks, *start.kicks)):
         raise InputRefused(
             "pluck: plane = u does not fit the fast model, where u follows the rims: use --model exact"

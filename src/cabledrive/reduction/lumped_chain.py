@@ -14,6 +14,7 @@ from cabledrive.mechanics.holding import span_stiffness
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.fields import described, meaning
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 
@@ -183,12 +184,12 @@ def highest_model(drive: Drive) -> int:
     return 4 if drive.motor is not None and drive.motor.joint_stiffness is not None else 3
 
 
-def lumped_model(drive: Drive, model: int | None = None) -> LumpedChain:
+def lumped_model(drive: Machine | Drive, model: int | None = None) -> LumpedChain:
     """One of the Models 1 to 4 of a drive, Eqs. (6.9), (6.10), (6.11), (6.13), for any two radii.
 
     Parameters
     ----------
-    drive : Drive
+    drive : Machine or Drive
     model : {1, 2, 3, 4}, optional
         1: rigid joint and cable; 2: flexible joint; 3: flexible cable; 4: both. Default: `highest_model`.
 

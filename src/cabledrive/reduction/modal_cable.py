@@ -15,7 +15,7 @@ from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.fast_simulation import finest_step
 from cabledrive.reduction.network_chain import coupled_modes
@@ -54,11 +54,11 @@ class ModalCable:
 def modal_cable(drive: Machine, sines: int = 8) -> ModalCable:
     """The cable of a drive in modes; ``sines``: across each span of a loop that the fast model fits."""
     rate = (drive.sensors.sample_rate if drive.sensors else None) or DEFAULT_RATE
-    loop = drive.plant and drive.plant.two_pulleys  # with the names of its file
+    loop = drive.plant  # with the names of its file
     if loop is not None and not misfit(loop):
         return _loop(loop, 1.0 / rate, sines)
     turns = loop is not None and not any(pulley.fixed for pulley in loop.pulley)
-    return _network(as_machine(loop, loaded=True) if loop and turns else drive.machine, 1.0 / rate)
+    return _network(as_machine(loop, loaded=True) if loop and turns else drive, 1.0 / rate)
 
 
 def _loop(drive: Drive, interval: float, sines: int) -> ModalCable:
@@ -77,7 +77,7 @@ def _loop(drive: Drive, interval: float, sines: int) -> ModalCable:
     )
 
 
-def _network(drive: RoutedDrive, interval: float) -> ModalCable:
+def _network(drive: Machine, interval: float) -> ModalCable:
     """Linear modes of the network, rigid motions included, about its state of rest."""
     if any(route.speed for route in drive.route):
         raise InputRefused("a running rope (route.speed) has no modes of this kind: set its speed to 0")

@@ -33,8 +33,8 @@ class NoChain(InputRefused):
     """No axis of a machine with routes is a lumped chain, so that there is no controller for it."""
 
 
-def as_axis(drive: Machine, axis: str | None = None) -> Drive:
-    """A drive for control: itself, or the axis of a machine with routes whose load is named, as "head.x".
+def as_axis(drive: Machine | Drive, axis: str | None = None) -> Drive:
+    """A drive for control: as it is, or the axis of a machine whose load is named, as "head.x".
 
     Without a name the first that is a chain, else its two pulleys. Refused: none, or its load not at its end.
     """
@@ -45,8 +45,9 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
             'kind = "route": two winches move a body, by one law, and no axis: run `cabledrive track DRIVE '
             "--draws 100` (cd.track); compare, study, export and experiment take an axis that one motor moves"
         )
+    machine = drive.machine
     try:
-        chains = network_chains(drive.machine.plain)
+        chains = network_chains(machine.plain)
         found = [chain for chain in chains if axis in (None, chain.load)]
         if not found:
             known = ", ".join(chain.load for chain in chains)
@@ -56,9 +57,9 @@ def as_axis(drive: Machine, axis: str | None = None) -> Drive:
             raise NoChain(f"no lumped chain: {chosen.refusal}")
         return axis_drive(chosen)
     except InputRefused as refusal:
-        if axis is None and drive.two_pulleys is not None:  # whose chains leave a heavy cable out
-            return drive.two_pulleys
-        raise type(refusal)(f'kind = "{drive.kind}": {refusal}') from None
+        if axis is None and machine.two_pulleys is not None:  # whose chains leave a heavy cable out
+            return machine.two_pulleys
+        raise type(refusal)(f'kind = "{machine.listed.kind}": {refusal}') from None
 
 
 def axis_drive(chain: NetworkChain) -> Drive:
@@ -135,7 +136,7 @@ def cross_motion(drive: Drive, torque: Array, interval: float) -> dict[str, Any]
     from scipy.signal import StateSpace, lsim
 
     other, motors = axis.words["other"], axis.words["motors"]
-    network = network_of(axis.machine.machine, motor=FREE)
+    network = network_of(axis.machine, motor=FREE)
     turn = motor_turn(network, motors)
     signs = dict(zip(motors, (1.0, -next(reversed(motors.values()))), strict=True))
     held, place = motor_turn(network, signs), network.motion.dense(other)[0]

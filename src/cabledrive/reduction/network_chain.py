@@ -31,7 +31,7 @@ from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 
 SUM, DIFFERENCE = "sum", "difference"
 MOST_OFF_THE_END = 0.02
@@ -112,7 +112,7 @@ class NetworkChain:
         return None
 
 
-def network_chains(drive: RoutedDrive) -> tuple[NetworkChain, ...]:
+def network_chains(drive: Machine) -> tuple[NetworkChain, ...]:
     """The chain of the motor; of two those of their sum and their difference, as far as they move bodies.
 
     Refused without a motor, with more than two, or where no rigid motion is driven.

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from math import pi
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive, Lumped
 from cabledrive.parameters.arrays import Array, Complex
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction import lumped_chain as chains
 from cabledrive.reduction.network_axis import as_axis, motor_turn
 
@@ -29,18 +29,18 @@ class ModelQuality:
     holds_5: float  # the same to 5 % [Hz]
 
 
-def distributed(drive: Drive) -> Any:
+def distributed(drive: Drive) -> Machine:
     """The machine with its spans: of a chain of routes as in its file, else with the EA / L of the models."""
     if drive.chain_of:
         return drive.chain_of.machine
     stiffness, damping = (value / len(drive.spans) for value in chains.rim_spring(drive))
     length = drive.span_length
     cable = replace(drive.cable.with_rigidity(stiffness * length), axial_damping=damping * length)
-    return replace(drive, cable=cable, lumped=None)
+    return replace(drive, cable=cable, lumped=None).machine
 
 
-def drive_like(drive: Drive, chain: chains.LumpedChain) -> Drive:
-    """A drive whose lumped chain is the one given, its cable's stiffness and damping those of its EA."""
+def machine_like(drive: Drive, chain: chains.LumpedChain) -> Machine:
+    """Two pulleys whose lumped chain is the one given, its cable's stiffness and damping those of its EA."""
     first, second = drive.pulley
     gear, spans = second.radius / first.radius, len(drive.spans)
     load = replace(
@@ -87,7 +87,7 @@ def distributed_response(drive: Drive, omega: Array, *, angle_of: str = "load") 
     Returns shape (m,) [rad/(N m)].
     """
     level, axis = replace(drive, layout=replace(drive.layout, gravity=0.0)), drive.axis
-    network = network_of(distributed(level).machine, motor=FREE)
+    network = network_of(distributed(level), motor=FREE)
     # The torque is that of all motors together, their angle the mean of theirs: one row for both.
     turn, load = (
         motor_turn(network, axis.words["motors"]),

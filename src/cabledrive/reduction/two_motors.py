@@ -20,7 +20,7 @@ from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import Body
 
 
@@ -84,7 +84,7 @@ ASSUMED = (
 class TwoMotorMachine:
     """A body between two motors."""
 
-    drive: RoutedDrive
+    drive: Machine
     numbers: TwoMotors
     names: tuple[str, ...]  # coordinates of the body, such as "camera.x"
     lines: tuple[str, ...]  # of each motor: its line
@@ -94,7 +94,7 @@ class TwoMotorMachine:
     left_out: float  # lowest neglected frequency along a line: idlers against spans, waves [rad/s]
 
 
-def is_winched(drive: Any) -> TypeGuard[RoutedDrive]:
+def is_winched(drive: Any) -> TypeGuard[Machine]:
     """Whether two motors each wind one end of a line whose other end is clamped to a body."""
     if len(drive.motors) != 2 or len(drive.route) != 2:
         return False
@@ -102,7 +102,7 @@ def is_winched(drive: Any) -> TypeGuard[RoutedDrive]:
     return all(drum in drive.driven and anchor is not None for drum, anchor in ends)
 
 
-def _ends(drive: RoutedDrive, number: int) -> tuple[int | None, int | None]:
+def _ends(drive: Machine, number: int) -> tuple[int | None, int | None]:
     """Pulley at one end of a route and anchor at the other."""
     places = drive.places[number]
     if places[0].pulley is None:
@@ -110,7 +110,7 @@ def _ends(drive: RoutedDrive, number: int) -> tuple[int | None, int | None]:
     return places[0].pulley, places[-1].anchor
 
 
-def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
+def winched_machine(drive: Machine) -> TwoMotorMachine:
     """The numbers of a body on two winches; a machine that has what they cannot hold is refused."""
     body = _checked_body(drive)
     statics, moves = statics_of(drive), body.moves
@@ -149,7 +149,7 @@ def winched_machine(drive: RoutedDrive) -> TwoMotorMachine:
     )
 
 
-def _checked_body(drive: RoutedDrive) -> Body:
+def _checked_body(drive: Machine) -> Body:
     """The one body that both lines end at; refused: what these numbers cannot hold."""
     anchors = [drive.anchor[_ends(drive, number)[1] or 0] for number in range(2)]
     bodies = {drive.body_number(anchor.on, anchor.name) for anchor in anchors}
@@ -181,7 +181,7 @@ def _checked_body(drive: RoutedDrive) -> Body:
     return body
 
 
-def _line(drive: RoutedDrive, number: int, motor: int, statics: Statics) -> dict[str, Any]:
+def _line(drive: Machine, number: int, motor: int, statics: Statics) -> dict[str, Any]:
     """One line from its drum to the body."""
     route, rope = drive.route[number], drive.ropes[number]
     spans = [(i, span) for i, span in enumerate(drive.free_spans) if span.route == number]

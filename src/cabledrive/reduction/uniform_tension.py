@@ -41,7 +41,7 @@ HIGHEST_SHARE = 0.9
 """Longitudinal modes are kept below this share of the first resonance of a span, c_u / (2 Le)."""
 
 
-def uniform_tension_model(drive: Machine, sines: int = 16, planes: int = 1) -> StretchModel:
+def uniform_tension_model(drive: Machine | Drive, sines: int = 16, planes: int = 1) -> StretchModel:
     """Reduce a loop to uniform tension in each span with some sines per span and plane, Eqs. (R.1)-(R.3).
 
     ``planes``, {1, 2}: w alone, or v as well. The motions shown are the angles of drive and load pulley and
@@ -54,7 +54,7 @@ def uniform_tension_model(drive: Machine, sines: int = 16, planes: int = 1) -> S
         raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")
     cable, length = drive.cable, drive.pulley_distance
     span_resonance = pi * cable.axial_wave_speed / length
-    kept = longitudinal_modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi), taut=True)
+    kept = longitudinal_modes(drive.machine, below=HIGHEST_SHARE * span_resonance / (2 * pi), taut=True)
     shapes = [rims_of(mode) for mode in kept]
     natural = np.array([2 * pi * mode.frequency for mode in kept])
     if motor_condition(drive) == FREE:

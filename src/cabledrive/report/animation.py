@@ -16,7 +16,7 @@ from cabledrive.answers.figures import number, quantity
 from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine, Place, RoutedDrive
+from cabledrive.parameters.route import Machine, Place
 from cabledrive.report.figures.moving_machine import (
     POINTS,
     DrawnMachine,
@@ -42,10 +42,10 @@ ANGLES = {"drive pulley": "drive_angle", "load pulley": "load_angle"}
 
 def frame_interval(drive: Machine) -> float:
     """Time between frames that shows the slowest piece of rope, as a string, in eighteen pictures [s]."""
-    return 2.0 * float(network_of(drive.machine).time.max()) / 18.0
+    return 2.0 * float(network_of(drive).time.max()) / 18.0
 
 
-def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[Markup, Markup]:
+def animation_svg(name: str, machine: Machine, result: SimulationResult) -> tuple[Markup, Markup]:
     """A machine in motion for a page: a switch that pauses it, and the drawing, which stands beside it.
 
     Whoever asks for less motion gets a drawing at rest, and starts it with the switch. Less than two whole
@@ -55,9 +55,9 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
         raise InputRefused(
             f"{len(result.fields)} whole fields kept, at least 2 are needed: run with Recording(fields=...)"
         )
-    machine, time = drive.machine, result.field_time[:MOST_FRAMES]
+    time = result.field_time[:MOST_FRAMES]
     still = Sheet()
-    drawn = draw_machine(still, drive, moves=True)
+    drawn = draw_machine(still, machine, moves=True)
     turns = np.column_stack([_turn(pulley.joint, result, time) for pulley in drawn.pulleys])
     fields, bodies = _deflections(machine, result), range(len(machine.body))
     ways = [[_way(machine, result, time, at, i) for at in body_points(machine, i)] for i in bodies]
@@ -113,7 +113,7 @@ def animation_svg(name: str, drive: Machine, result: SimulationResult) -> tuple[
 
 def _draw_moved(
     sheet: Sheet,
-    machine: RoutedDrive,
+    machine: Machine,
     skeletons: list[list[Point]],
     pulleys: list[DrawnPulley],
     anchors: list[Point],
@@ -139,7 +139,7 @@ def _turn(pulley: str, result: SimulationResult, time: Array) -> Array:
 
 
 def _way(
-    machine: RoutedDrive, result: SimulationResult, time: Array, at: tuple[float, float], body: int | None
+    machine: Machine, result: SimulationResult, time: Array, at: tuple[float, float], body: int | None
 ) -> Array:
     """Way of a point of a body from the first frame on, carried along, (2, frames) [m]; 0 of the frame's."""
     found = np.zeros((2, time.size))
@@ -152,14 +152,14 @@ def _way(
     return found
 
 
-def _parts(machine: RoutedDrive, pieces: int) -> list[int]:
+def _parts(machine: Machine, pieces: int) -> list[int]:
     """Pieces of rope in each span, of so many in all: whole spans, or cut at carriages."""
     spans = range(len(machine.free_spans))
     cut = pieces > len(spans)
     return [1 + cut * sum(span == own for span, _ in machine.carriage_places) for own in spans]
 
 
-def _deflections(machine: RoutedDrive, result: SimulationResult) -> Array:
+def _deflections(machine: Machine, result: SimulationResult) -> Array:
     """Motion across from rest of points of each span, (frames, spans, points) [m]."""
     w, share, found = result.fields[:MOST_FRAMES, 2] - result.resting[2], np.linspace(0.0, 1.0, POINTS), []
     pieces, first = np.split(w, np.cumsum([len(own) for own in result.positions])[:-1], axis=1), 0
@@ -202,7 +202,7 @@ def _spokes(sheet: Sheet, pulleys: Sequence[DrawnPulley], angles: Mapping[str, f
 
 
 def _draw_load(
-    sheet: Sheet, drawn: DrawnMachine, machine: RoutedDrive, load: tuple[str, float], *, wanted: bool
+    sheet: Sheet, drawn: DrawnMachine, machine: Machine, load: tuple[str, float], *, wanted: bool
 ) -> None:
     """A load by its name at a place [m], [rad]: of a pulley a diameter, of a body or a carriage a box.
 
@@ -303,7 +303,7 @@ def controlled_film(drive: Drive, run: Tracking) -> str:
     """
     if run.time.size < 2:
         raise InputRefused(f"the run ended at once: {run.incomplete}")
-    axis, machine = drive.axis, drive.axis.machine.machine
+    axis, machine = drive.axis, drive.axis.machine
     shown = np.unique(np.linspace(0, run.time.size - 1, FRAMES).astype(int))
     still = Sheet()
     drawn = draw_machine(still, machine)

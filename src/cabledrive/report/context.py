@@ -54,7 +54,7 @@ def make_context(drives: Sequence[Machine], progress: Callable[[str], None] | No
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
     return ReportContext(
-        machines=tuple(sorted((own.whole for own in drives), key=_place)),
+        machines=tuple(sorted(drives, key=_place)),
         progress=progress or (lambda line: None),
     )
 

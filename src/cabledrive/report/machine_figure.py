@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.report.figures.moving_machine import coordinates
 from cabledrive.report.figures.sheet import body_points, neighbours
@@ -25,7 +25,7 @@ def machine_drawing(drive: Machine, form: str) -> bytes:
     return file_picture(file_figure(lambda figure: _draw(figure.add_subplot(), machine), SIZE), form)
 
 
-def _draw(axes: "Axes", drive: RoutedDrive) -> None:
+def _draw(axes: "Axes", drive: Machine) -> None:
     """A machine to scale, each rope in its colour with an arrow along its path."""
     from matplotlib.patches import Circle
 

@@ -113,7 +113,7 @@ def _against(
 ) -> Figure:
     """Frequencies against a quantity: its key, values and how many modes are asked for."""
     key, values, count = asked
-    data = frequency_against(drive, key, values, modes=count)
+    data = frequency_against(drive.machine, key, values, modes=count)
     first, last = (number(hertz, 3) for hertz in data["frequency"].to_numpy()[0, [0, -1]])
     found = {"modes": data.sizes["mode"], "first": first, "last": last}
     return Figure(
@@ -137,7 +137,7 @@ def write_report(
 
     Parameters
     ----------
-    drives : sequence of Drive or RoutedDrive
+    drives : sequence of Machine
         At least one.
     path : path-like
         File to write; it appears whole or not at all.
@@ -180,7 +180,7 @@ def report_html(
 
     Parameters
     ----------
-    drives : sequence of Drive or RoutedDrive
+    drives : sequence of Machine
         At least one.
     written_at : datetime, optional
         Time that the report states; now where it is not given.

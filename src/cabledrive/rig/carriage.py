@@ -15,6 +15,8 @@ from cabledrive.mechanics.compiled import njit, njit_in_place
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import check_fields, described, meaning, quantity
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.transporter import Transporter, transporter_of
 from cabledrive.rig.setting import Task, sample_interval, torque_limit
 from cabledrive.trajectories import Trajectory, waypoints
@@ -234,7 +236,7 @@ ORDER = 13
 
 
 def move_carriage(
-    drive: Drive,
+    drive: Machine | Drive,
     law: str = "scheduled",
     *,
     move: CarriageMove | None = None,
@@ -246,7 +248,7 @@ def move_carriage(
 
     Parameters
     ----------
-    drive : Drive
+    drive : Machine or Drive
         As the law believes it to be: a loop with motor, encoders at both pulleys and one guided carriage.
     law : {"scheduled", "frozen", "pd-flat", "pd", "shaper"}
     move : CarriageMove, optional
@@ -269,7 +271,7 @@ def move_carriage(
     """
     if law not in LAWS:
         raise InputRefused(f"law = {law!r} is not known: take one of {', '.join(LAWS)}")
-    move = CarriageMove.asked(move)
+    drive, move = as_axis(drive), CarriageMove.asked(move)
     believed = transporter_of(drive, payload_mass=move.payload_mass, line_length=move.line_length)
     end, length = believed.start + move.distance, believed.span_length
     if not MARGIN < min(believed.start, end) <= max(believed.start, end) < length - MARGIN:

@@ -168,7 +168,7 @@ def command_of(excitation: Excitation, sample_rate: float, rng: np.random.Genera
 
 
 def experiment(
-    drive: Machine,
+    drive: Machine | Drive,
     excitation: Excitation | None = None,
     *,
     model: int | None = None,
@@ -178,8 +178,8 @@ def experiment(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
-        Of a machine with routes the chain of its axis, where it is one.
+    drive : Machine or Drive
+        A machine whose axis is a chain, or the drive of that axis.
     excitation : Excitation, optional
         Default: 1, 3 and 5 Hz of 0.1 V for 70 s, as in section 4.2.
     model : {1, 2, 3, 4}, optional

@@ -12,7 +12,7 @@ from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import DARC, HIGH, LOW, OWN, LawNumbers, start_estimates
 from cabledrive.control.own_controller import OwnController, checked_controller
 from cabledrive.control.reference import reference_numbers
-from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, axis_words, cross_motion
@@ -39,14 +39,14 @@ GAINS = {"best": True, "dissertation": False, "printed": False}
 
 
 def track(
-    drive: Machine,
+    drive: Machine | Drive,
     *,
     controller: str | PathLike[str] | OwnController | None = None,
     bandwidth: float | None = None,
     plant: str | LumpedChain | OwnPlant | Any = None,
     motion: Motion | BodyMotion | None = None,
     options: RigOptions | None = None,
-    plant_drive: Machine | None = None,
+    plant_drive: Machine | Drive | None = None,
     axis: str | None = None,
     seed: int = 0,
     gains: str = "best",
@@ -61,7 +61,7 @@ def track(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine
         As the law believes it to be; of a machine with routes the chain of its axis, where it is one, or the
         body that its two winches move.
     controller : str, path or OwnController, optional

@@ -353,7 +353,7 @@ def check_run(
     if not cable and options.segments != RigOptions().segments:
         raise InputRefused(f"segments = {options.segments} divide the cable as plant: leave them out")
     if cable:  # by the steps that a wave along it asks for
-        machine = drive.axis.machine.machine
+        machine = drive.axis.machine
         speed = max(sqrt(rope.axial_rigidity / rope.density) for rope in machine.ropes)
         per_second = speed / max(span.length for span in machine.free_spans)
         most = int(sqrt(MOST_SEGMENT_STEPS / (2.0 * duration * per_second)))

@@ -113,7 +113,7 @@ def check_motion(drive: Drive, motion: Motion) -> None:
 
 def check_way(drive: Drive, angle: float) -> None:
     """Refuse a way of the load [rad] that leaves what its body may travel."""
-    machine, load = drive.axis.machine.machine, drive.axis.load
+    machine, load = drive.axis.machine, drive.axis.load
     for body in machine.body:
         if body.name == load.rpartition(".")[0]:
             require_within_travel(body, place_of(machine, load) + drive.axis.per_angle * angle)

@@ -235,7 +235,7 @@ def released_torque(mesh: Mesh) -> float:
 
 
 def case_of(
-    drive: Machine,
+    machine: Machine,
     duration: float,
     *,
     torque: Mapping[str, Signal | float | Function] | Signal | float | Function = 0.0,
@@ -246,7 +246,7 @@ def case_of(
 ) -> RopeRun:
     """Check and prepare a run; what cannot be run is refused. Arguments as of `simulate`."""
     start, scheme, recording = start or Start(), scheme or Scheme(), recording or Recording()
-    machine, mesh = drive.machine, mesh_of(drive, scheme.segments)
+    mesh = mesh_of(machine, scheme.segments)
     if not mesh.whole:
         check_routes(machine, scheme, recording, start)
     elif start.places or start.speeds:
@@ -258,7 +258,7 @@ def case_of(
     laws = [cable_law(one, scheme.model, tension_only=scheme.slack == "tension-only") for one in cables]
     grid = time_grid(duration, largest_stable_step(mesh, laws), scheme, recording.rate, mesh.size)
     torques = motor_torques(mesh.driven, torque, duration, grid.step)
-    pushes = checked_forces(drive, forces, duration, grid.step)
+    pushes = checked_forces(machine, forces, duration, grid.step)
     rest, holding, nodes = rest_of(mesh, laws, gravity(machine)), 0.0, list[tuple[int, int]]()
     if mesh.whole:
         holding = released_torque(mesh)
@@ -284,7 +284,7 @@ def case_of(
         units = np.eye(len(mesh.names))[[mesh.names.index(name) for name in pushed]]
         plan, torques, pushes = plan._replace(motor=np.vstack([plan.motor, units])), (*torques, *pushes), ()
     return RopeRun(
-        machine=drive if mesh.whole else machine,
+        machine=machine,
         scheme=scheme,
         recording=recording,
         grid=grid,

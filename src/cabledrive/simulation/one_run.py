@@ -40,7 +40,7 @@ def simulate(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine
         A machine with routes moves about its state of rest, see `cabledrive.simulation.network`.
     duration : float
         Length of the run [s].
@@ -97,7 +97,7 @@ def simulate(
     if travel:
         if forces or error_estimate:
             raise InputRefused("travel goes without forces and error_estimate: leave them out")
-        case = travel_case(drive.machine, duration, move=None if travel is True else travel, **asked)
+        case = travel_case(drive, duration, move=None if travel is True else travel, **asked)
     else:
         prepare = partial(case_of, drive, duration, forces=forces)
         case = prepare(**asked)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 
 Function = Callable[[Array], ArrayLike]
 
@@ -268,7 +268,7 @@ def checked_forces(
     )
 
 
-def offsets_of(drive: RoutedDrive) -> list[float]:
+def offsets_of(drive: Machine) -> list[float]:
     """Constant torque of each motor's own [N m]; 0 for a pulley that has none."""
     return [motor.offset_torque for motor in drive.motor] or [0.0 for _ in drive.turned]
 

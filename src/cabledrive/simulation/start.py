@@ -13,7 +13,7 @@ from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import Divided, Mesh, gradients
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import NAMES
 
 if TYPE_CHECKING:
@@ -324,7 +324,7 @@ class Scheme:
             )
 
 
-def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:
+def never_simulated(drive: Machine) -> list[tuple[Any, str]]:
     """What no run of a machine with routes has: whether it is there, and what to do."""
     running = next((data.name for data in drive.route if data.speed), "")
     return [
@@ -333,7 +333,7 @@ def never_simulated(drive: RoutedDrive) -> list[tuple[Any, str]]:
     ]
 
 
-def check_routes(drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Start) -> None:
+def check_routes(drive: Machine, scheme: Scheme, recording: Recording, start: Start) -> None:
     """Refuse what no run of a machine with routes has."""
     for refused, why in (
         (

@@ -136,7 +136,7 @@ def alarm(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5, limit: 
 
 
 def _rubs(drive: Machine) -> bool:
-    return network_of(drive.machine).rubs.values.size > 0
+    return network_of(drive).rubs.values.size > 0
 
 
 def _doubts(drive: Machine, motion: PlannedMotion, prepared: PreparedMotion) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from cabledrive.answers.result import Result
 from cabledrive.answers.runs import COSTS, ERRORS
-from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import one_process
 from cabledrive.parameters.route.drive import Machine
@@ -98,7 +98,7 @@ NOT_COVERED = (
 
 
 def compare(
-    drive: Machine,
+    drive: Machine | Drive,
     *,
     axis: str | None = None,
     controllers: Sequence[str] | None = None,
@@ -115,8 +115,8 @@ def compare(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
-        As every law believes it to be; of a machine with routes the chain of its axis, where it is one.
+    drive : Machine or Drive
+        As every law believes it to be: a machine whose axis is a chain, or the drive of that axis.
     axis : str, optional
         Of a machine with routes: its load, such as "head.x".
     controllers : sequence of str, optional

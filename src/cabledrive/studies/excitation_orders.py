@@ -20,7 +20,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.fields import require_known
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.studies.mode_map import Grid, Mode, distinct, over
 
 MARGIN = 0.05
@@ -87,7 +87,7 @@ class Campbell:
         return (*clear, *([(reached, self.high)] if reached < self.high else []))
 
 
-def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
+def rates(drive: Machine, coordinate: str) -> dict[str, float]:
     """How fast every coordinate moves where one moves with unit speed and nothing is strained.
 
     Where that leaves bodies free, those that can be at rest are; refused if this does not tell how all move.
@@ -121,7 +121,7 @@ def rates(drive: RoutedDrive, coordinate: str) -> dict[str, float]:
 
 def frequency_per_speed(drive: Machine, order: Order, coordinate: str) -> float:
     """Frequency of an excitation per unit speed of a coordinate [Hz s/m], [Hz s/rad]."""
-    found = rates(drive.machine, coordinate)
+    found = rates(drive, coordinate)
     part = order.pulley or order.coordinate or ""
     require_known(part[:60], found, f'order {order.name}: "{part[:60]}" is no coordinate')
     turns = order.number / (2 * np.pi) if order.pulley is not None else 1.0 / order.length
@@ -244,7 +244,7 @@ SLIDES = ("x", "y")
 Travel = dict[tuple[str, ...], NDArray[np.float64]]
 
 
-def travels(drive: RoutedDrive) -> Iterator[Travel]:
+def travels(drive: Machine) -> Iterator[Travel]:
     """Places along each motion without strain in which bodies slide, rows by keys that move together [m]."""
     done, bodies = set[str](), {body.name: body for body in drive.body}
     for body in drive.body:
@@ -270,7 +270,7 @@ def travels(drive: RoutedDrive) -> Iterator[Travel]:
                 yield {names: np.array(rows)}
 
 
-def _reach(drive: RoutedDrive, linked: dict[str, float]) -> tuple[float, float]:
+def _reach(drive: Machine, linked: dict[str, float]) -> tuple[float, float]:
     """Travel of the first body from where it is, down and up [m], with all that moves inside the box."""
     every = np.array([pulley.at for pulley in drive.pulley] + [anchor.at for anchor in drive.anchor])
     box = every.min(axis=0), every.max(axis=0)

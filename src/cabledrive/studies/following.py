@@ -85,7 +85,7 @@ class Follower:
         known = self._known.get(value)
         if known is None or known.frequency.size < count:
             drive = self._drive_at(value)
-            modes = natural.longitudinal_modes(drive, count=count, taut=bool(drive.machine.called))
+            modes = natural.longitudinal_modes(drive, count=count, taut=bool(drive.called))
             repeats = [mode.multiplicity for mode in modes]
             frequency = np.repeat([mode.frequency for mode in modes], repeats)
             family = tuple(mode.family for mode in modes for _ in range(mode.multiplicity))
@@ -137,9 +137,9 @@ class Follower:
         return _part(found, chosen[:curves]), sure
 
 
-def mass_weighted_shapes(drive: Machine, modes: tuple[Mode, ...], cells: int) -> Array:
+def mass_weighted_shapes(machine: Machine, modes: tuple[Mode, ...], cells: int) -> Array:
     """Shapes as unit vectors whose products are those of the kinetic energy, shape (n, shapes)."""
-    machine, network = drive.machine, modes[0].network
+    network = modes[0].network
     masses = [own for own in network.fixed if own.kind == MASS]
     spans = []
     for span in machine.free_spans:
@@ -300,7 +300,7 @@ def frequency_against(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine
     key : str
         Any quantity of the drive file: "cable.pretension", "pulley.0.inertia", "carriage.0.position"; a
         body's place, "head.x".
@@ -325,7 +325,7 @@ def frequency_against(
     NotComputed
         If the modes cannot be followed.
     """
-    if any(route.speed for route in drive.machine.route):
+    if any(route.speed for route in drive.route):
         raise InputRefused("a rope that runs (route.speed) has waves for shapes: set its speed to 0")
     unit, meaning = quantity_of(drive, key)
     array = np.asarray(values, dtype=float)

@@ -81,7 +81,7 @@ class MachinePairs(NamedTuple):
 
 def machine_pairs(drive: Machine, tunings: Sequence[Pair] = ()) -> MachinePairs:
     """Pairs near 1:2 and of sum type, and all with ``tunings``, of a machine whose ropes do not run."""
-    machine = drive.machine.plain
+    machine = drive.plain
     near.refuse_running(machine, "a pair of modes")
     network = network_of(machine)
     pulley, lowest = first_modes(network)
@@ -138,7 +138,7 @@ def resonance_of_pairs(drive: Machine, torque: float | None, *, details: bool = 
         verdict = NEAR if verdict == SAFE and pushed >= slack else verdict
     ratio = found.nearest.frequency / found.pulley.frequency
     here = min((torque for _, torque in found.thresholds if torque is not None), default=None)
-    machine = drive.machine.plain
+    machine = drive.plain
     number = machine.spans.index(found.nearest.span or "")
     missing, tuned, at_tuning = dict(MISSING), None, None
     try:

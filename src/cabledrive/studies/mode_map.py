@@ -62,7 +62,7 @@ def map_modes(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
+    drive : Machine
     vary : mapping
         Values by key, in SI: ``{"head.x": [...], "beam.y": [...]}`` spans a grid. A tuple of keys with a row
         of values each moves them together: ``{("car.y", "counterweight.y"): [[5, 20, 35], [35, 20, 5]]}``.
@@ -210,7 +210,7 @@ def _variables(drive: Machine, found: Modes | None, count: int) -> dict[str, Any
 
 def coordinates_of(drive: Machine) -> tuple[str, ...]:
     """Moves of the bodies of a machine, such as "head.x"."""
-    return tuple(f"{body.name}.{move}" for body in drive.machine.body for move in body.moves)
+    return tuple(f"{body.name}.{move}" for body in drive.body for move in body.moves)
 
 
 def frequency_of_coordinate(found: Modes, name: str) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.network.statics import unheld_words
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.studies.motion_tensions import MotionTensions, motion_tensions
 from cabledrive.studies.planned_motion import PlannedMotion
 
@@ -178,7 +178,7 @@ class MotionMargins:
         return next((word for word in (EXCEEDED, UNKNOWN) if word in own), HOLDS)
 
 
-def motion_margins(drive: RoutedDrive, motion: PlannedMotion) -> MotionMargins:
+def motion_margins(drive: Machine, motion: PlannedMotion) -> MotionMargins:
     """Margins of ropes, wraps, teeth and motors along a motion."""
     found = motion_tensions(drive, motion)
     spans, motors = _spans(drive, found), _motors(drive, found)
@@ -202,7 +202,7 @@ def motion_margins(drive: RoutedDrive, motion: PlannedMotion) -> MotionMargins:
     )
 
 
-def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
+def _spans(drive: Machine, found: MotionTensions) -> tuple[SpanMargin, ...]:
     pieces = found.networks[0].pieces
     rows = []
     for number, span in enumerate(drive.free_spans):
@@ -228,7 +228,7 @@ def _spans(drive: RoutedDrive, found: MotionTensions) -> tuple[SpanMargin, ...]:
     return tuple(rows)
 
 
-def _pulley(drive: RoutedDrive, number: int, found: MotionTensions) -> PulleyMargin:
+def _pulley(drive: Machine, number: int, found: MotionTensions) -> PulleyMargin:
     """The pulley at the end of a span."""
     pieces, span = found.networks[0].pieces, drive.free_spans[number]
     assert span.end.pulley is not None
@@ -277,7 +277,7 @@ def _pulley(drive: RoutedDrive, number: int, found: MotionTensions) -> PulleyMar
     )
 
 
-def _motors(drive: RoutedDrive, found: MotionTensions) -> tuple[MotorMargin, ...]:
+def _motors(drive: Machine, found: MotionTensions) -> tuple[MotorMargin, ...]:
     rows, torques = [], found.torque + found.holding
     for m, (number, torque) in enumerate(zip(drive.turned, torques.T, strict=True)):
         if number in drive.loads:  # what it is given is no motor's to hold

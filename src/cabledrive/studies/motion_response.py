@@ -22,7 +22,7 @@ from cabledrive.studies import excited_modes as excited
 from cabledrive.studies import motion_stages as staged
 from cabledrive.studies.motion_snapshot import Snapshot, longitudinal_of, snapshot_of, tracked
 from cabledrive.studies.pair_thresholds import refuse_running
-from cabledrive.studies.planned_motion import PlannedMotion, drive_at
+from cabledrive.studies.planned_motion import PlannedMotion, machine_at
 
 HIGHEST = 80
 """Transverse modes of a row that are looked at, and of a section on average."""
@@ -79,8 +79,8 @@ class PreparedMotion:
 class _Course:
     """A machine along a motion: its poses and what it is in each."""
 
-    def __init__(self, drive: Machine, motion: PlannedMotion) -> None:
-        self.drive, self.motion, self.machine = drive, motion, drive.machine
+    def __init__(self, machine: Machine, motion: PlannedMotion) -> None:
+        self.motion, self.machine = motion, machine
         refuse_running(self.machine, "--motion")
         places = dict(motion.places)
         if self.machine.body and not places:
@@ -94,9 +94,8 @@ class _Course:
 
     def network(self, pose: Mapping[str, float]) -> tuple[Network, float]:
         """The machine in a pose, and the torque that holds it there as far as the motion's has it [N m]."""
-        drive = drive_at(self.drive, pose)
+        machine = machine_at(self.machine, pose)
         load, moved = pose.get("load_torque", 0.0), {k: v for k, v in pose.items() if "." in k}
-        machine = drive.machine
         torques = {1: machine.sense * load} if load else {}
         try:
             machine = posed(machine, moved) if moved else machine
@@ -108,9 +107,9 @@ class _Course:
             raise InputRefused(f"motion: at {where}: {refusal}; give places as columns") from None
         if not self.machine.angles:  # of routes, whose torque is that beyond what holds it
             return network, 0.0
-        at_torque = -load * drive.drive_pulley.radius / drive.load_pulley.radius
-        offset = drive.motor.offset_torque if drive.motor is not None else 0.0
-        return network, rest_state(drive, at_torque=at_torque).holding_torque - offset
+        at_torque = -load * machine.pulley[0].radius / machine.pulley[1].radius
+        offset = machine.sense * machine.motor[0].offset_torque if machine.motor else 0.0
+        return network, rest_state(machine, at_torque=at_torque).holding_torque - offset
 
 
 def prepare(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5) -> PreparedMotion:

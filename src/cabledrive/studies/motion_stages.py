@@ -8,7 +8,7 @@ import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.reduction.stretch_runs import extremes_run
 from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of
@@ -26,7 +26,7 @@ PARTS = 16
 
 
 def poses_along(
-    drive: RoutedDrive, places: Mapping[str, Array], time: Array
+    drive: Machine, places: Mapping[str, Array], time: Array
 ) -> tuple[list[dict[str, float]], Array]:
     """Poses at which modes are computed, fixed places in all, and where between them the motion is."""
     moving = {key: values for key, values in places.items() if np.ptp(values) > STILL}
@@ -52,7 +52,7 @@ def poses_along(
     return poses, np.interp(way, grid, np.arange(POSES))
 
 
-def pose_words(drive: RoutedDrive, pose: Mapping[str, float]) -> str:
+def pose_words(drive: Machine, pose: Mapping[str, float]) -> str:
     """A pose for a refusal, with the places of the file, for whoever gave ways instead of places."""
     return ", ".join(
         f"{key} = {value:.4g} {'rad' if key.endswith('.turn') else 'm'} "
@@ -61,7 +61,7 @@ def pose_words(drive: RoutedDrive, pose: Mapping[str, float]) -> str:
     )
 
 
-def places_along(drive: RoutedDrive, network: Network, way: Array) -> dict[str, Array]:
+def places_along(drive: Machine, network: Network, way: Array) -> dict[str, Array]:
     """Place of every body where the coordinates go a way, shape (m, n): (m,) by key [m], [rad]."""
     keys = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
     return {key: place_of(drive, key) + way @ network.motion.dense(key)[0] for key in keys}
@@ -77,7 +77,7 @@ def strainless(network: Network) -> Array:
     return np.asarray(scale[:, None] * vectors[rank:].T)
 
 
-def driven_way(drive: RoutedDrive, network: Network, motion: PlannedMotion) -> tuple[Array, Array] | None:
+def driven_way(drive: Machine, network: Network, motion: PlannedMotion) -> tuple[Array, Array] | None:
     """Where the torque takes the coordinates of the machine from rest, without friction, and their rates.
 
     None where weights or directions of ropes hold it against the torque.
@@ -96,7 +96,7 @@ def driven_way(drive: RoutedDrive, network: Network, motion: PlannedMotion) -> t
     return way @ free.T, speed @ free.T
 
 
-def torques_of(drive: RoutedDrive, motion: PlannedMotion) -> list[Array]:
+def torques_of(drive: Machine, motion: PlannedMotion) -> list[Array]:
     """Torque of each motor over the motion's time [N m]."""
     others = [drive.pulley[number].name for number in drive.turned[1:]]
     return [motion.torque, *(motion.torques.get(name, np.zeros(motion.time.size)) for name in others)]

@@ -24,7 +24,7 @@ from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network, turns_by_torque
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.parameters.route import Machine, moved
 from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.studies import motion_stages as stages
 from cabledrive.studies.pair_thresholds import refuse_running
@@ -38,7 +38,7 @@ def shares(here: Array, poses: int) -> Array:
     return np.clip(1.0 - np.abs(here[:, None] - np.arange(poses)), 0.0, 1.0)
 
 
-def _network(drive: RoutedDrive, pose: Mapping[str, float]) -> Network:
+def _network(drive: Machine, pose: Mapping[str, float]) -> Network:
     """The machine in a pose."""
     try:
         return network_of(moved(drive, pose) if pose else drive, motor=FREE)
@@ -106,7 +106,7 @@ class MotionTensions:
     modes: tuple[float, float]  # lowest and highest of the elastic modes that answer [Hz]; NaN without one
 
 
-def motion_tensions(drive: RoutedDrive, motion: PlannedMotion) -> MotionTensions:
+def motion_tensions(drive: Machine, motion: PlannedMotion) -> MotionTensions:
     """Tensions of a machine along a motion, from rest."""
     refuse_running(drive, "--motion")
     network, given = network_of(drive, motor=FREE), bool(motion.places)

@@ -21,7 +21,7 @@ import numpy as np
 from cabledrive.modal.tuning import Pair
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.reduction.threshold import pair_threshold
 from cabledrive.reduction.waves import Waves
 
@@ -178,7 +178,7 @@ def near_pairs(strength: Array, detuning: Array) -> list[list[int]]:
     return np.argwhere(np.triu((detuning <= near) & (strength > weakest))).tolist()
 
 
-def refuse_running(drive: RoutedDrive, what: str) -> None:
+def refuse_running(drive: Machine, what: str) -> None:
     """Refuse routes whose cable runs, for what is computed of cables at rest."""
     for route in drive.route:
         if route.speed:

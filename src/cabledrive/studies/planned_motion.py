@@ -67,9 +67,9 @@ class PlannedMotion(Result):
         return replace(self, torque=sense * self.torque, load_torque=None, torques=torques)
 
 
-def drive_at(drive: Machine, pose: Mapping[str, float]) -> Any:
-    """The drive with the pretension [N] and the place of its first carriage [m] that a motion has."""
-    own: Any = drive
+def machine_at(machine: Machine, pose: Mapping[str, float]) -> Machine:
+    """The machine with the pretension [N] and the place of its first carriage [m] that a motion has."""
+    own: Any = machine.listed
     if "pretension" in pose:
         own = replace(own, cable=replace(own.cable, pretension=pose["pretension"]))
     if "carriage" in pose:
@@ -81,7 +81,8 @@ def drive_at(drive: Machine, pose: Mapping[str, float]) -> Any:
             position = pose["carriage"] if number == 0 else one.position + direction * way
             carriages[number] = replace(one, position=position)
         own = replace(own, carriage=tuple(carriages))
-    return own
+    moved: Machine = own.machine
+    return moved
 
 
 MOST_ROWS = 5_000_000
@@ -97,7 +98,7 @@ def read_motion(path: str | Path, machine: Machine | None = None, *, torque: boo
     path : path-like
         With a head such as ``time [s], torque [N m], pretension [N], carriage [mm], load torque [N m]``. Time
         and torque are needed; time starts at 0 and ascends. A column without a unit is in SI.
-    machine : Drive or RoutedDrive, optional
+    machine : Machine, optional
         Whose motion it is: of routes torque is that of the first motor, ``torque NAME [N m]`` that of another
         motor's pulley, and ``head.x [m]`` the place of a body.
     torque : bool, default True
@@ -113,8 +114,7 @@ def read_motion(path: str | Path, machine: Machine | None = None, *, torque: boo
         If the file cannot be read, a column is unknown, missing or there twice, or a number is missing.
     """
     path, columns, places, torques = Path(path), COLUMNS, dict[str, str](), dict[str, str]()
-    if machine is not None and not machine.machine.angles:  # bodies, motors behind the first, by their words
-        machine = machine.machine
+    if machine is not None and not machine.angles:  # bodies, motors behind the first, by their words
         moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]
         motors = [machine.pulley[number].name for number in machine.driven[1:]]
         places = {name.lower().replace("_", " "): name for name in moves}

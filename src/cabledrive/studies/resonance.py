@@ -63,7 +63,9 @@ UNEVEN = 1e-3
 
 def uneven(drive: Drive) -> bool:
     """Whether a hanging carriage parts two tensions, by more than a share: its section is no even string."""
-    means = [[own.mean_tension for own in section.stretches] for section in rest_state(drive).sections]
+    means = [
+        [own.mean_tension for own in section.stretches] for section in rest_state(drive.machine).sections
+    ]
     return any(max(own) > (1.0 + UNEVEN) * min(own) for own in means)
 
 
@@ -82,7 +84,7 @@ def resonance(
 
     Parameters
     ----------
-    machine : Drive or RoutedDrive
+    machine : Machine
     torque : float, optional
         Amplitude of the verdict [N m]; default: that of the file's [excitation]. Where there is neither, the
         verdict is "no excitation given", and the figures of a loop or a line are those at its torque limit
@@ -116,11 +118,11 @@ def resonance(
             "carriage parts two tensions: see `check`; leave it out"
         )
     if not load_torque and (own is None or beyond or (stated and stated.orders)):
-        found = resonance_of_pairs(machine.whole, torque, details=details)
-        more = (*warnings_of_rest(machine.whole), *([PARTED] * parted))
+        found = resonance_of_pairs(machine, torque, details=details)
+        more = (*warnings_of_rest(machine), *([PARTED] * parted))
         return replace(found, left_out=(*found.left_out, *more))
     drive = two_pulleys_of(machine, "`resonance` under a load torque")
-    most = drive.load_pulley.radius * largest_pretension(drive)
+    most = drive.load_pulley.radius * largest_pretension(drive.cable)
     if not abs(load_torque) <= most:
         said = f"load torque = {load_torque:.4g} N m strains the cable beyond its elastic range"
         raise InputRefused(f"{said}, up to {most:.4g} N m: lower it")
@@ -140,7 +142,7 @@ def resonance(
         names = ("frequency_ratio", "detuning", "tuned_pretension", "threshold_torque", "pulley_frequency")
         missing = dict.fromkeys((*names, "threshold_here", "growth_torque", "coulomb_onset"), str(refusal))
         why = (f"no 1:2 pair in range: {refusal}",)
-        cautions = warnings_of_rest(drive)
+        cautions = warnings_of_rest(machine)
         return ResonanceSummary(
             verdict=SAFE, torque=tau, reasons=why, missing=missing, motor=motor, left_out=cautions
         )
@@ -164,7 +166,7 @@ def resonance(
     if not details:
         missing["growth_torque"] = "not asked for"
     ratio, here = span_frequency(drive) / pulley, float(threshold_torque(model))
-    pairs = machine_pairs(drive, resonant_pairs(drive)) if details else None
+    pairs = machine_pairs(machine, resonant_pairs(drive)) if details else None
     verdict, beside = _of_others(instability.verdict, pairs, tau, model)
     return ResonanceSummary(
         frequency_ratio=ratio,
@@ -274,7 +276,7 @@ def _reasons(
     if onset > 0.0:
         said = f"below {onset:.4g} N m, Coulomb friction prevents growth of the pulley mode"
         found.append(f"{said} (unless the mean speed exceeds the vibration speed)")
-    limit, rigidity = largest_pretension(drive), drive.cable.axial_rigidity
+    limit, rigidity = largest_pretension(drive.cable), drive.cable.axial_rigidity
     if tuned is not None and tuned > limit:
         found.append(
             f"the tuned pretension strains the cable by {tuned / rigidity:.3g}, above its elastic range "
@@ -291,7 +293,7 @@ def _reasons(
 def pair_remedies(machine: Machine, found: ResonanceSummary) -> tuple[Remedy, ...]:
     """Changes, each by itself, that make a machine safe that by one of its pairs is not."""
 
-    def safe(trial: Any) -> bool:
+    def safe(trial: Machine) -> bool:
         try:
             return resonance_of_pairs(trial, found.torque, details=False).verdict == SAFE
         except (InputRefused, NotComputed):
@@ -316,29 +318,31 @@ def remedies(machine: Machine, torque: float, load_torque: float = 0.0) -> tuple
     drive = two_pulleys_of(machine, "a remedy")
     model = autoparametric_model(drive, load_torque=load_torque, at_rest=True)
 
-    def safe(trial: Drive) -> bool:
+    def safe(trial: Machine | Drive) -> bool:
         try:
             found = autoparametric_model(trial, load_torque=load_torque, at_rest=True)
             return instability_margin(found, torque).verdict == SAFE
         except (InputRefused, NotComputed):  # weights or the steady load take a span's tension away
             return False
 
-    pretensions = (_pretension(drive, safe, raised) for raised in (True, False))
+    pretensions = (_pretension(machine, safe, raised) for raised in (True, False))
     loads = (_at_load(drive, model, safe, key) for key in ("inertia", "viscous_friction"))
     return (*pretensions, *loads, _torque(model))
 
 
-def _pretension(drive: Machine, safe: Callable[[Any], bool], raised: bool, trials: int = TRIALS) -> Remedy:
+def _pretension(
+    machine: Machine, safe: Callable[[Machine], bool], raised: bool, trials: int = TRIALS
+) -> Remedy:
     """All pretensions higher or lower, in proportion, within the elastic range of the ropes."""
     words, sign = ("raise", 1) if raised else ("lower", -1)
-    given = next((rope.pretension for rope in drive.machine.ropes if rope.pretension), 0.0)
+    given = next((rope.pretension for rope in machine.ropes if rope.pretension), 0.0)
 
-    def trial(share: float) -> Any:
-        return at_pretensions(drive, (1.0 + share) ** sign)
+    def trial(share: float) -> Machine:
+        return at_pretensions(machine, (1.0 + share) ** sign)
 
-    def fits(one: Any) -> bool:
+    def fits(one: Machine) -> bool:
         try:
-            return not any(strained(one.machine)) and safe(one)
+            return not any(strained(one)) and safe(one)
         except InputRefused:  # weights take a span's tension away
             return False
 
@@ -346,8 +350,8 @@ def _pretension(drive: Machine, safe: Callable[[Any], bool], raised: bool, trial
     if share is None:
         if not given:
             return Remedy(change=f"{words} pretension", value=None, text="no pretension is given to change")
-        beyond = raised and given * (1.0 + REACH) > largest_pretension(drive)
-        reach = elastic_range(drive).rstrip(",") if beyond else f"to x{(1 + REACH) ** sign:.3g}"
+        beyond = raised and given * (1.0 + REACH) > largest_pretension(machine.ropes[0])
+        reach = elastic_range(machine.ropes[0]).rstrip(",") if beyond else f"to x{(1 + REACH) ** sign:.3g}"
         text = f"{FAILED}: {'higher' if raised else 'lower'} pretension {reach}"
         return Remedy(change=f"{words} pretension", value=None, text=text)
     new = given * (1.0 + share) ** sign

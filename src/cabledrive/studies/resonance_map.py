@@ -80,7 +80,7 @@ class GrowthMap:
 
 
 def growth_map(
-    drive: Machine,
+    drive: Machine | Drive,
     *,
     torque: float,
     load_torque: float = 0.0,
@@ -134,7 +134,9 @@ def growth_map(
         with np.errstate(over="ignore"):  # beyond slack
             pulley[rows, column], growth[rows, column] = q[0], a.max(axis=0) / height
 
-    means = [part.mean_tension for section in rest_state(drive).sections for part in section.stretches]
+    means = [
+        part.mean_tension for section in rest_state(drive.machine).sections for part in section.stretches
+    ]
     in_lanes(integrated, ((column, range(taus.size)) for column in range(tension.size)), threads)
     slack = ~(pulley <= np.asarray(at_pretension(model, tension).slack_amplitude)[None])
     return GrowthMap(
@@ -174,7 +176,7 @@ class SpotCheck(NamedTuple):
     exact: float | None  # of the exact loop [-]; None where a span went slack there
 
 
-def spot_checks(drive: Machine, growth: GrowthMap, rng: np.random.Generator) -> tuple[SpotCheck, ...]:
+def spot_checks(drive: Machine | Drive, growth: GrowthMap, rng: np.random.Generator) -> tuple[SpotCheck, ...]:
     """Run the exact loop at `SPOTS` random taut points of a map, most of them inside the instability region.
 
     Without weight and Coulomb friction; none where spans do not vibrate in their first mode.
@@ -201,7 +203,7 @@ def _checked(drive: Drive, growth: GrowthMap, natural: float, row: int, column: 
     heights = {"upper": growth.pluck, "lower": 0.5 * growth.pluck}
     plucks = tuple(Pluck(height=height, span=span, shape="half-sine") for span, height in heights.items())
     result = simulate(
-        bare,
+        bare.machine,
         growth.duration,
         torque=Sine(amplitude=torque, frequency=natural / (2 * np.pi)),
         start=Start(plucks=plucks),

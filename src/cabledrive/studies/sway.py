@@ -21,7 +21,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.keys import varied_together
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.studies.pair_thresholds import refuse_running
 
 POINTS = 201
@@ -65,7 +65,7 @@ class Sway:
 
 
 def sway(
-    drive: RoutedDrive, building: float, amplitude: float, vary: Mapping[tuple[str, ...], Array] | None = None
+    drive: Machine, building: float, amplitude: float, vary: Mapping[tuple[str, ...], Array] | None = None
 ) -> Sway:
     """How far ropes move across in a building that sways by ``amplitude`` [m] at ``building`` [Hz]."""
     from scipy.optimize import brentq
@@ -90,7 +90,7 @@ def sway(
     if len(columns) > MOST_PLACES:
         raise InputRefused(f"{len(columns)} places, at most {MOST_PLACES} are computed: take fewer")
 
-    def posed(place: Array) -> RoutedDrive:
+    def posed(place: Array) -> Machine:
         return varied_together(drive, dict(zip(keys, place.tolist(), strict=True))) if keys else drive
 
     known = [_at(posed(column), building, amplitude, (bottom, top)) for column in columns]
@@ -117,13 +117,13 @@ def sway(
     return Sway(keys=tuple(keys), places=places, ropes=tuple(ropes), bottom=bottom, top=top)
 
 
-def _height(drive: RoutedDrive, at: Sequence[float]) -> float:
+def _height(drive: Machine, at: Sequence[float]) -> float:
     """Height of a point against gravity [m]."""
     return at[0] * sin(drive.layout.inclination) + at[1] * cos(drive.layout.inclination)
 
 
 def _at(
-    own: RoutedDrive, building: float, amplitude: float, reach: tuple[float, float]
+    own: Machine, building: float, amplitude: float, reach: tuple[float, float]
 ) -> tuple[Array, Array, Array, Array]:
     """First frequencies [Hz], amplitudes and lengths [m] of all spans in a pose, (spans,); `_met` of it."""
     from scipy.special import hankel1e, hankel2e
@@ -149,7 +149,7 @@ def _at(
     return met[0] + building, np.abs(motion - still).max(axis=0), length, met
 
 
-def _strings(drive: RoutedDrive) -> tuple[Array, Array, Array, Array]:
+def _strings(drive: Machine) -> tuple[Array, Array, Array, Array]:
     """Tension at both ends, shape (2, spans) [N]; density under it, damping, length of each span, in SI."""
     statics = statics_of(drive)
     change = statics.end - statics.start
@@ -162,7 +162,7 @@ def _strings(drive: RoutedDrive) -> tuple[Array, Array, Array, Array]:
     return np.array([statics.mean - half, statics.mean + half]), density, damping, length
 
 
-def _met(drive: RoutedDrive, building: float) -> Array:
+def _met(drive: Machine, building: float) -> Array:
     """What is zero where modes of spans between ends at rest meet a frequency [Hz], shape (2, spans).
 
     By how much the first mode, found by halving, lies above it [Hz]; the determinant, of any mode.

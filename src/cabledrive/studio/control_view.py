@@ -66,9 +66,9 @@ def control_part(request: Request) -> Response:
 
 def _runs(request: Request, desk: Desk, state: State) -> dict[str, Any]:
     """Curves and figures of the laws, or why none can run here."""
-    drive, axis = drive_of(desk.library, state), request.query_params.get("axis", "")[:60] or None
+    axis = request.query_params.get("axis", "")[:60] or None
     try:
-        drive = as_axis(drive, axis)
+        drive = as_axis(drive_of(desk.library, state), axis)
     except (InputRefused, NotComputed) as refusal:
         return {"none_here": f"{NONE_HERE}: {refusal}."}
     if drive.sensors is None or drive.sensors.sample_rate is None or drive.motor is None:

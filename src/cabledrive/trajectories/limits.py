@@ -13,6 +13,7 @@ import numpy as np
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 HIGHEST_ORDER = 21
@@ -103,12 +104,12 @@ class MoveLimits:
     ratio: float = meaning("speed of the output shaft over speed of the load, r2 / r1 [-]")
 
 
-def move_limits(drive: Drive, *, acceleration: float = inf) -> MoveLimits:
+def move_limits(drive: Machine | Drive, *, acceleration: float = inf) -> MoveLimits:
     """Limits of a drive's moves, as a rigid machine.
 
     Parameters
     ----------
-    drive : Drive
+    drive : Machine or Drive
         Speed and torque limit come from its motor; without one there is none.
     acceleration : float, optional
         Limit for the load pulley [rad/s^2].

@@ -81,7 +81,7 @@ def command(
     unsafe = region is not None and {found.verdict, region.verdict} <= {RESONANT, NEAR}
     changes = remedies(drive, acting, load_torque) if unsafe else ()
     if not unsafe and found.verdict in (RESONANT, NEAR) and not load_torque:
-        changes = pair_remedies(drive.machine, found)
+        changes = pair_remedies(drive, found)
     if motion_file is not None:
         motion = read_motion(motion_file, drive)
         judged = alarm(drive, motion, floor=floor, limit=limit)

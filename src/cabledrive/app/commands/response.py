@@ -142,8 +142,7 @@ def response_of_machine(
     from cabledrive.modal import natural_frequencies
     from cabledrive.modal.ranges import route_range_warnings
 
-    stated = load_drive(source)
-    drive = stated.machine
+    drive = load_drive(source)
     force_on = force_on or (drive.pulley[drive.driven[0]].name if drive.motor else None)
     if force_on is None:
         raise InputRefused("a machine without a motor: name the coordinate that is pushed with --input")
@@ -181,7 +180,7 @@ def response_of_machine(
     what = "speed" if speed else "motion"
     text = f"{drive.name}: {what} of {motion_of} per force on {force_on}, {LINES} lines up to {top:.4g} Hz"
     text += "".join(f"\nwarning: {words}" for words in data["warnings"])
-    return Answer(data=data, text=text, provenance=provenance(stated, method="exact waves on every span"))
+    return Answer(data=data, text=text, provenance=provenance(drive, method="exact waves on every span"))
 
 
 LOW = 0.8

@@ -15,9 +15,7 @@ NOTE = "Steady state across the plane of the machine; ropes touch nothing, the b
 def command(
     drive: Machine,
     building: float = opt("Hz", "Frequency at which the building sways.", required=True),
-    amplitude: float = opt(
-        "m", "Its horizontal amplitude at the highest part of the machine.", required=True
-    ),
+    amplitude: float = opt("m", "Its horizontal amplitude at the highest part of the drive.", required=True),
     text: str | None = opt(
         "KEY=FROM:TO[:N]",
         "Places of a body, such as car.y=2m:38m; default: the pose of the file.",
@@ -30,8 +28,7 @@ def command(
     from cabledrive.report.blocks import table, table_text
     from cabledrive.studies.sway import STEEP, sway
 
-    machine = drive.machine
-    found = sway(machine, building, amplitude, vary_of(machine, (text,)) if text else None)
+    found = sway(drive, building, amplitude, vary_of(drive, (text,)) if text else None)
     key = found.keys[0] if found.keys else ""
     top, bottom = (quantity(height, "m", 4) for height in (found.top, found.bottom))
     shown = []
@@ -47,7 +44,7 @@ def command(
         for rope in beyond
     ]
     lines = [
-        machine.title or machine.name,
+        drive.title or drive.name,
         f"The building sways at {quantity(building, 'Hz')} by {quantity(amplitude, 'm')} at {top}, "
         f"in proportion to the height above {bottom}.",
         "",

@@ -30,6 +30,8 @@ from cabledrive.identification.tension.strings import channels_of, string_of
 from cabledrive.identification.tension.tones import TonesFit
 from cabledrive.parameters import Drive, InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 SPANS = ("upper", "lower")
 SPLIT_EXCESS = 1.7
@@ -47,7 +49,7 @@ LOUDER = 1.5
 """Ratio of the loudness of both families from which the louder one is that of the plucked span."""
 
 
-def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, section: int = 0) -> PingTension:
+def tension_of_both(log: Log, drive: Machine, *, plucked: str | None = None, section: int = 0) -> PingTension:
     """Tension of each span from one recording in which both sound; one alone where it does not separate two.
 
     ``plucked``: which span was plucked harder, for labels where both have the same modes; ``section``: part
@@ -58,8 +60,9 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
         raise InputRefused(f"{said}: name each span that was plucked, a recording each")
     if plucked is not None and plucked not in drive.spans:
         raise InputRefused(f'plucked = "{plucked}": {drive.name} has {", ".join(drive.spans)}: choose one')
-    parted = {span: any(one.guided for one in drive.carriages_on(span)) for span in drive.spans}
-    sections = {span: section if parted[span] else 0 for span in drive.spans}
+    carried = zip(drive.carriage_places, drive.carriage, strict=True)
+    parted = {drive.spans[number] for (number, _), own in carried if own.guided}
+    sections = {span: section if span in parted else 0 for span in drive.spans}
     strings = {span: string_of(drive, span, own) for span, own in sections.items()}
     teeth = {span: string.modes for span, string in strings.items()}
     prepared = recording.prepared_recording(log, drive, channels_of(log)[0], teeth)
@@ -93,7 +96,7 @@ def tension_of_both(log: Log, drive: Drive, *, plucked: str | None = None, secti
         found = {one.span: one for one in sorted((first, second), key=lambda o: SPANS.index(o.span))}
     a, b = (one.tension for one in found.values())
     error, half = hypot(a.standard_error, b.standard_error), hypot(a.high - a.value, b.high - b.value)
-    radius = drive.drive_pulley.radius
+    radius = drive.pulley[0].radius
     torque = radius * (b.value - a.value) * (-1.0 if names is None else 1.0)
     mean = Estimate.of(0.5 * (a.value + b.value), "N", 0.5 * error, 0.5 * half)
     held = Estimate.of(torque, "N m", radius * error, radius * half)
@@ -284,14 +287,14 @@ class SpanTensions(Result):
     findings: tuple[str, ...] = ()
 
 
-def tensions_from_load_cell(log: Log, drive: Drive, *, zero: float = 0.0) -> SpanTensions:
+def tensions_from_load_cell(log: Log, drive: Machine | Drive, *, zero: float = 0.0) -> SpanTensions:
     """Tension of the upper and the lower span from their combined pull on the load cell.
 
     Parameters
     ----------
     log : Log
         With "load_cell_force" or "force" [N]; without "load_angle" [rad] the pulley is taken to rest.
-    drive : Drive
+    drive : Machine or Drive
         Loop whose load pulley leans against the cell.
     zero : float, default 0.0
         What the cell says without cable: its zero and the weight's part [N].
@@ -305,6 +308,7 @@ def tensions_from_load_cell(log: Log, drive: Drive, *, zero: float = 0.0) -> Spa
     InputRefused
         If the drive is no loop, or the log lacks the force.
     """
+    drive = two_pulleys_of(drive, "a load cell behind the load pulley")
     if not drive.closed:
         raise InputRefused(f'{drive.name}: kind = "{drive.kind}" has one span: give a loop')
     bandwidth, h, pulley = min(BANDWIDTH, 0.2 * log.sample_rate), log.interval, drive.load_pulley

@@ -205,9 +205,9 @@ def tension_from_ping(log: Log, drive: Machine, *, span: str | None = None, sect
     return PingTension(spans=found, report=replace(log.report, findings=tuple(notes)))
 
 
-def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
+def string_of(machine: Machine, span: str, section: int = 0) -> PingedString:
     """A span, or its part between guided carriages, as its ping is read: across the plane of the machine."""
-    machine, number = drive.machine, drive.spans.index(span)
+    number = machine.spans.index(span)
     way = machine.free_spans[number]
     rope, speed = machine.ropes[way.route], machine.route[way.route].speed
     own = [(at, machine.carriage[i]) for i, (on, at) in enumerate(machine.carriage_places) if on == number]
@@ -224,7 +224,9 @@ def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
     ends = pieces[0].tensions[0], pieces[-1].tensions[1]
     known, hung = 0.5 * (ends[0] + ends[1]), 0.5 * abs(ends[1] - ends[0])  # of a rope by its weight
     # as the file has the length: between pulleys, or cut and stretched
-    strain = (rope.pretension or 0.0) / rigidity if getattr(drive.layout, "span_length", None) else None
+    strain = (
+        (rope.pretension or 0.0) / rigidity if getattr(machine.listed.layout, "span_length", None) else None
+    )
     length = (end - start) / (1.0 + (strain or 0.0))
 
     def strings(tension: float, count: int) -> Array:
@@ -246,7 +248,7 @@ def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
     first = strings(known, TEETH)
     part, stiff = (start / way.length, end / way.length), np.ones(TEETH)
     if rope.bending_stiffness is not None:
-        stiff = _stiffened(drive, span, part, first)
+        stiff = _stiffened(machine, span, part, first)
 
     def tension_for(mode: int, hertz: float) -> float:
         def above(tension: float) -> float:
@@ -262,7 +264,7 @@ def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
         return float(optimize.brentq(above, low, high, rtol=1e-13, xtol=1e-12))
 
     return PingedString(
-        drive=drive,
+        drive=machine,
         span=span,
         modes=first * stiff,
         tension_for=tension_for,
@@ -272,7 +274,7 @@ def string_of(drive: Machine, span: str, section: int = 0) -> PingedString:
         finding=(
             f"{span}: its modes in the plane of the machine, where its ends may move, were not compared"
             if sum(own.length for own in machine.free_spans) > MOST_SHORT * (end - start)
-            else _in_plane(drive, span, (first * stiff)[:PARTIALS])
+            else _in_plane(machine, span, (first * stiff)[:PARTIALS])
         ),
     )
 

@@ -29,7 +29,7 @@ from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, s
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 
 DIRECTIONS = (ALONG, ACROSS, OUT_OF_PLANE)
 
@@ -72,7 +72,7 @@ class Network:
     rubs: Parts = meaning("Coulomb friction [N], [N m] of all that rubs, but for ropes on their wraps")
 
     @property
-    def drive(self) -> RoutedDrive:
+    def drive(self) -> Machine:
         """The machine."""
         return self.motion.drive
 
@@ -177,7 +177,7 @@ class Network:
 
 
 def network_of(
-    drive: RoutedDrive, *, motor: str | None = None, hold: Sequence[str] = (), statics: Statics | None = None
+    drive: Machine, *, motor: str | None = None, hold: Sequence[str] = (), statics: Statics | None = None
 ) -> Network:
     """The network of a machine about its state of rest.
 
@@ -295,6 +295,6 @@ def rotor_turn(motion: Motion, pulley: int) -> Row:
 
 
 def turns_by_torque(network: Network) -> Array:
-    """Turns of the rotors of `RoutedDrive.turned`, shape (rotors, n)."""
+    """Turns of the rotors of `Machine.turned`, shape (rotors, n)."""
     motion = network.motion
     return motion.dense(*(rotor_turn(motion, number) for number in network.drive.turned))

@@ -19,7 +19,7 @@ from cabledrive.mechanics.holding import FREE, HELD
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.geometry import Place, Point
 
 ALONG, ACROSS, OUT_OF_PLANE = "along", "across", "out of plane"
@@ -60,7 +60,7 @@ def dense(rows: Sequence[Row], n: int) -> Array:
 class Motion:
     """Coordinates of a machine, some of them held."""
 
-    drive: RoutedDrive
+    drive: Machine
     motor: str = FREE  # of the rotors: "free", "held" or "holding"
     hold: tuple[str, ...] = ()  # names of bodies, pulleys and carriages that are held as well
 
@@ -194,13 +194,13 @@ def _clean(row: Row) -> Row:
     return Row({number: own for number, own in row.items() if abs(own) > least})
 
 
-def gravity(drive: RoutedDrive) -> Array:
+def gravity(drive: Machine) -> Array:
     """Gravity in the plane of the machine, shape (2,) [m/s^2]."""
     slope = drive.layout.inclination
     return -drive.layout.gravity * np.array([np.sin(slope), np.cos(slope)])
 
 
-def sections_of(drive: RoutedDrive, passing: Set[int]) -> list[list[int]]:
+def sections_of(drive: Machine, passing: Set[int]) -> list[list[int]]:
     """Numbers of the free spans of each section, in order; ``passing``: pulleys that pass a tension on."""
     found: list[list[int]] = []
     for route, data in enumerate(drive.route):

@@ -17,7 +17,7 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import FreeSpan, Place, Route, RoutedDrive
+from cabledrive.parameters.route import FreeSpan, Machine, Place, Route
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -126,7 +126,7 @@ def pieces_of(motion: Motion, statics: Statics) -> list[Piece]:
     return found
 
 
-def lift_off(drive: RoutedDrive, piece: Piece, *, start: bool) -> float:
+def lift_off(drive: Machine, piece: Piece, *, start: bool) -> float:
     """How far beyond the tangent point the rope leaves its pulley [m]; 0 elsewhere, and where it is slack."""
     place = piece.place(start)
     if place is None or place.sense == 0 or piece.rest.lowest_tension <= 0.0:
@@ -137,7 +137,7 @@ def lift_off(drive: RoutedDrive, piece: Piece, *, start: bool) -> float:
     return free if wrap is None else min(free, 0.5 * wrap[1] * place.radius)
 
 
-def wrap_at(drive: RoutedDrive, span: int, start: bool) -> tuple[int, float] | None:
+def wrap_at(drive: Machine, span: int, start: bool) -> tuple[int, float] | None:
     """The span that ends at the pulley at one end of a span, and the wrap there [rad]; None on a drum."""
     route = drive.free_spans[span].route
     own = [number for number, other in enumerate(drive.free_spans) if other.route == route]

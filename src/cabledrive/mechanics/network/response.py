@@ -23,7 +23,7 @@ from cabledrive.mechanics.network.motion import OUT_OF_PLANE
 from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 
 STEPS = 8
 """Steps along a rope that hangs, beyond one per radian of its slowest wave."""
@@ -142,9 +142,7 @@ def hung_stiffness(piece: Piece, omega: Complex, *, damped: bool) -> Complex:
     return np.asarray(unit * np.concatenate([top, below], axis=-2))
 
 
-def responses(
-    drive: RoutedDrive, frequency: Array, names: Sequence[str], *, motor: str | None = None
-) -> Complex:
+def responses(drive: Machine, frequency: Array, names: Sequence[str], *, motor: str | None = None) -> Complex:
     """Motions of coordinates of a machine with routes per force or torque on each, with its own damping.
 
     ``frequency``, (p,): [Hz], above 0; ``names``: of k coordinates, "head.x", "arm.turn", the name of a

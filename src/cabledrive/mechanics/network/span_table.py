@@ -10,7 +10,7 @@ from cabledrive.answers.keys import Keys
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.mechanics.network.statics import Statics, statics_of, unheld_words
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 
 _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
 """Angles [deg] between which a span was probably meant to be parallel to a slide."""
@@ -36,7 +36,7 @@ PULLEY_ROW = Keys(
 )
 
 
-def span_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
+def span_rows(drive: Machine, statics: Statics) -> list[dict[str, Any]]:
     """One row for each free span, in SI."""
     rows = []
     for number, span in enumerate(drive.free_spans):
@@ -70,7 +70,7 @@ def span_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
     return rows
 
 
-def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
+def pulley_rows(drive: Machine, statics: Statics) -> list[dict[str, Any]]:
     """One row for each pulley that a rope passes: wrap, tensions, the friction that holds them."""
     rows = []
     for number, span in enumerate(drive.free_spans):
@@ -106,14 +106,14 @@ def pulley_rows(drive: RoutedDrive, statics: Statics) -> list[dict[str, Any]]:
     return rows
 
 
-def next_span(drive: RoutedDrive, number: int) -> int:
+def next_span(drive: Machine, number: int) -> int:
     """Number of the span after one on its route; of the last one the first."""
     route = drive.free_spans[number].route
     own = [i for i, span in enumerate(drive.free_spans) if span.route == route]
     return own[(own.index(number) + 1) % len(own)]
 
 
-def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
+def route_warnings(drive: Machine) -> tuple[str, ...]:
     """What looks odd about a machine with routes, one line each."""
     statics = statics_of(drive)
     return (
@@ -126,7 +126,7 @@ def route_warnings(drive: RoutedDrive) -> tuple[str, ...]:
     )
 
 
-def worn(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+def worn(drive: Machine, statics: Statics) -> Iterator[str]:
     """Ropes near their strength at rest, and pulleys that bend them too much."""
     for row in span_rows(drive, statics):
         if row["safety_factor"] is not None and row["safety_factor"] < _LITTLE_SAFETY:
@@ -136,7 +136,7 @@ def worn(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
             yield f"pulley {row['name']} bends the rope to {row['bend_ratio']:.2g} of its smallest radius"
 
 
-def _askew(drive: RoutedDrive) -> Iterator[str]:
+def _askew(drive: Machine) -> Iterator[str]:
     """Spans not quite parallel to the slide, if it is one and no plane, that one of their ends rides on."""
     motion = Motion(drive)
     both_ways = {body.name for body in drive.body if set(body.moves) == {"x", "y"}}
@@ -157,7 +157,7 @@ def _askew(drive: RoutedDrive) -> Iterator[str]:
                 )
 
 
-def slipping(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+def slipping(drive: Machine, statics: Statics) -> Iterator[str]:
     """Pulleys whose friction does not hold the rope at rest."""
     for row in pulley_rows(drive, statics):
         have, need = row["capstan_friction"], row["needed_friction"]
@@ -166,7 +166,7 @@ def slipping(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
             yield f"the rope slips on {row['name']}: friction {have:.3g}, needed {shown}"
 
 
-def strained(drive: RoutedDrive, statics: Statics | None = None) -> Iterator[str]:
+def strained(drive: Machine, statics: Statics | None = None) -> Iterator[str]:
     """Spans strained out of their elastic range, where the computed tension means nothing."""
     statics = statics or statics_of(drive)
     for number, span in enumerate(drive.free_spans):
@@ -181,7 +181,7 @@ def strained(drive: RoutedDrive, statics: Statics | None = None) -> Iterator[str
             )
 
 
-def _pretension(drive: RoutedDrive, statics: Statics) -> Iterator[str]:
+def _pretension(drive: Machine, statics: Statics) -> Iterator[str]:
     """A pretension that the balance of the bodies overrules."""
     for number, rope in enumerate(drive.ropes):
         if rope.pretension is None:

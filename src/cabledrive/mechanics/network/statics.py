@@ -21,7 +21,7 @@ from cabledrive.mechanics.network.rest_forces import SINGULAR, RestingStretch, R
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.geometry import Place, Point
 
 _BALANCED = 1e-6
@@ -33,7 +33,7 @@ _ROUND_OFF = 1e-12
 class Statics:
     """Forces of a machine at rest."""
 
-    drive: RoutedDrive = meaning("the machine")
+    drive: Machine = meaning("the machine")
     stretches: tuple[tuple[RestingStretch, ...], ...] = meaning("one rope of each span, cut at carriages")
     preload: dict[str, float] = meaning(
         "what the springs of the bodies hold at rest, by coordinate [N] or [N m]", factory=dict
@@ -87,13 +87,13 @@ def _passed(piece: RestingStretch, rim: float, *, start: bool) -> float:
 
 
 def statics_of(
-    drive: RoutedDrive,
+    drive: Machine,
     *,
     held: tuple[int, ...] | None = None,
     torques: Mapping[int, float] | None = None,
     pushes: bool = False,
 ) -> Statics:
-    """Tensions at rest; ``held``: numbers of pulleys that something holds, by default `RoutedDrive.held`.
+    """Tensions at rest; ``held``: numbers of pulleys that something holds, by default `Machine.held`.
 
     ``torques``: on top of what stands on some pulleys [N m]; ``pushes``: whether a straight rope may, for
     those who say that it is slack.
@@ -105,7 +105,7 @@ def statics_of(
 
 @lru_cache(maxsize=64)  # the network of a machine and its warnings ask for the same
 def _kept_statics(
-    drive: RoutedDrive, held: tuple[int, ...] | None, torques: tuple[tuple[int, float], ...], pushes: bool
+    drive: Machine, held: tuple[int, ...] | None, torques: tuple[tuple[int, float], ...], pushes: bool
 ) -> Statics:
     motion = Motion(drive, hold=tuple(drive.pulley[i].name for i in (drive.held if held is None else held)))
     stretches, total = at_rest(drive, motion, dict(torques))
@@ -125,7 +125,7 @@ def _kept_statics(
     return Statics(drive=drive, stretches=stretches, preload=preload)
 
 
-def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
+def applied_forces(drive: Machine, motion: Motion) -> Array:
     """Weights and loads on the coordinates, without the ropes, shape (n,)."""
     total = Row()
     for force, at, body in _loads(drive):
@@ -134,7 +134,7 @@ def applied_forces(drive: RoutedDrive, motion: Motion) -> Array:
     return motion.dense(total)[0]
 
 
-def _loads(drive: RoutedDrive) -> list[tuple[Array, Point, int | None]]:
+def _loads(drive: Machine) -> list[tuple[Array, Point, int | None]]:
     """Weights and loads [N] with the point they act on and the body that carries it."""
     g = gravity(drive)
     bodies = [(body.mass * g + np.array(body.load), body.at, i) for i, body in enumerate(drive.body)]
@@ -144,7 +144,7 @@ def _loads(drive: RoutedDrive) -> list[tuple[Array, Point, int | None]]:
 
 
 def at_rest(
-    drive: RoutedDrive,
+    drive: Machine,
     motion: Motion,
     torques: Mapping[int, float] | None = None,
 ) -> tuple[tuple[tuple[RestingStretch, ...], ...], Array]:
@@ -230,7 +230,7 @@ def _stretches(name: str, ropes: Ropes, force: Array, own: NDArray[np.intp]) -> 
     )
 
 
-def _ropes(drive: RoutedDrive, sections: list[list[int]], torques: Mapping[int, float]) -> Ropes:
+def _ropes(drive: Machine, sections: list[list[int]], torques: Mapping[int, float]) -> Ropes:
     """Pieces of rope between joints, straight under their pretension."""
     g, pieces, run = gravity(drive), [], -1
     for section, walk in enumerate(sections):
@@ -283,7 +283,7 @@ def _ropes(drive: RoutedDrive, sections: list[list[int]], torques: Mapping[int, 
     return found
 
 
-def _standing(drive: RoutedDrive) -> Iterator[tuple[int, Place, int]]:
+def _standing(drive: Machine) -> Iterator[tuple[int, Place, int]]:
     """Drums at whose open end a standing torque holds the pretension: number, place, span."""
     for number, data in enumerate(drive.route):
         own = [i for i, span in enumerate(drive.free_spans) if span.route == number]
@@ -294,7 +294,7 @@ def _standing(drive: RoutedDrive) -> Iterator[tuple[int, Place, int]]:
                 yield drum, place, i
 
 
-def _refuse_open(drive: RoutedDrive, ropes: Ropes, along: Array, passing: Set[int]) -> None:
+def _refuse_open(drive: Machine, ropes: Ropes, along: Array, passing: Set[int]) -> None:
     """Weights that pull a rope one way round free pulleys; tensions that the balance leaves open."""
     for number, route in enumerate(drive.route):
         own = [i for i, span in enumerate(drive.free_spans) if span.route == number]

@@ -1,7 +1,7 @@
 """Machines of kind "route": any number of pulleys, bodies and cables, in the words of the file."""
 
 from cabledrive.parameters.cable import Rope
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.geometry import FreeSpan, Place
 from cabledrive.parameters.route.parts import Anchor, Body, Route, RoutedCarriage, RoutedMotor, RoutedPulley
 from cabledrive.parameters.route.strain_free import moved, posed
@@ -15,7 +15,6 @@ __all__ = [
     "Rope",
     "Route",
     "RoutedCarriage",
-    "RoutedDrive",
     "RoutedMotor",
     "RoutedPulley",
     "moved",

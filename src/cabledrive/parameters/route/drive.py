@@ -1,13 +1,13 @@
-"""A machine of kind "route": bodies, pulleys, anchors and the ways of its cables, checked."""
+"""A machine: bodies, pulleys, anchors and the ways of its cables, checked."""
 
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeAlias
 
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import SENSE, Drive
+from cabledrive.parameters.drive_parts import Lumped
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import choice, described, meaning, nearest
 from cabledrive.parameters.machine import MachineBase
@@ -24,12 +24,13 @@ from cabledrive.parameters.route.parts import (
 )
 
 _UNDER_GRAVITY = RouteLayout()
+ANGLES = ("drive_angle", "load_angle", "motor_angle")
 
 
 @described
 @dataclass(frozen=True, kw_only=True, repr=False)
-class RoutedDrive(MachineBase):
-    """A machine whose cables run over any number of pulleys, with the names of its file."""
+class Machine(MachineBase):
+    """A machine whose cables run over any number of pulleys: what every drive file is read into."""
 
     kind: str = choice(("route",), "the ways of the cables are listed", "route")
     cable: Rope | None = meaning("what the routes have in common", None)
@@ -42,9 +43,9 @@ class RoutedDrive(MachineBase):
     motor: tuple[RoutedMotor, ...] = meaning("in the order of the file", ())
     loads: tuple[int, ...] = field(default=(), metadata={"file": False})  # driven pulleys that nothing holds
     stops: tuple[int, ...] = field(default=(), metadata={"file": False})  # held at rest without a motor
-    # made of the file of two pulleys: what it calls the free spans, and in records the coordinates
+    # read from a file of two pulleys: what that calls the free spans, and what it measured
     called: tuple[str, ...] = field(default=(), metadata={"file": False})
-    angles: tuple[tuple[str, str], ...] = field(default=(), metadata={"file": False})
+    lumped: Lumped | None = field(default=None, metadata={"file": False})
 
     def __post_init__(self) -> None:
         MachineBase.__post_init__(self)
@@ -67,17 +68,38 @@ class RoutedDrive(MachineBase):
         self.carriage_places  # noqa: B018
 
     @property
-    def machine(self) -> "RoutedDrive":
+    def figures(self) -> list[tuple[str, str]]:
+        """Key and value of each quantity that its file states."""
+        return super().figures if self.plant is None else self.plant.figures
+
+    @property
+    def machine(self) -> "Machine":
         """Itself, as `Drive.machine` has it."""
         return self
 
-    whole = machine
-    plant = None  # of control: found as a chain
+    @property
+    def listed(self) -> "Machine | Drive":
+        """What its file lists: two pulleys, or itself."""
+        return self.plant or self
+
+    @property
+    def plant(self) -> Drive | None:
+        """The two pulleys that its file lists, for control as they stand; of routes a chain is found."""
+        return self.two_pulleys if self.called else None
 
     @property
     def sense(self) -> float:
         """Turn of a pulley per turn that its file counts: the file of two pulleys counts as the rope runs."""
-        return SENSE if self.angles else 1.0
+        return SENSE if self.called else 1.0
+
+    @property
+    def angles(self) -> tuple[tuple[str, str], ...]:
+        """What the file of two pulleys calls the angles of drive pulley, load and motor, and their names."""
+        if not self.called:
+            return ()
+        drive, load = (pulley.name for pulley in self.pulley)
+        soft = self.motor and self.motor[0].joint_stiffness is not None
+        return tuple(zip(ANGLES, (drive, load, f"rotor of {drive}" if soft else drive), strict=True))
 
     @cached_property
     def two_pulleys(self) -> Drive | None:
@@ -89,9 +111,9 @@ class RoutedDrive(MachineBase):
         return None
 
     @cached_property
-    def plain(self) -> "RoutedDrive":
+    def plain(self) -> "Machine":
         """Itself as if its file listed the routes: spans and coordinates by their own names and senses."""
-        return replace(self, called=(), angles=()) if self.called else self
+        return replace(self, called=()) if self.called else self
 
     @cached_property
     def ropes(self) -> tuple[Rope, ...]:
@@ -195,7 +217,7 @@ class RoutedDrive(MachineBase):
         return tuple(found)
 
 
-def _place(drive: RoutedDrive, step: str, where: str) -> Place:
+def _place(drive: Machine, step: str, where: str) -> Place:
     """What one step of a path calls."""
     sense = {"+": 1, "-": -1}.get(step[:1], 0)
     name = step[1:].strip() if sense else step
@@ -226,7 +248,7 @@ def _place(drive: RoutedDrive, step: str, where: str) -> Place:
     )
 
 
-def _carriage_place(drive: RoutedDrive, number: int) -> tuple[int, float]:
+def _carriage_place(drive: Machine, number: int) -> tuple[int, float]:
     carriage = drive.carriage[number]
     names = [route.name for route in drive.route]
     if carriage.route and carriage.route not in names:
@@ -253,7 +275,3 @@ def _carriage_place(drive: RoutedDrive, number: int) -> tuple[int, float]:
         f"carriage.{number}.position = {carriage.position:.9g} m lies outside its route of {total:.9g} m of "
         "free spans: move it inside"
     )
-
-
-Machine: TypeAlias = Drive | RoutedDrive
-"""A machine, whichever form its file has."""

@@ -139,6 +139,9 @@ class RoutedCarriage(Checked):
         (False, True), "rides on a rail (no transverse motion); false: hangs on the cable", True
     )
     name: str = words("name by which it can be called", "")
+    # of a file of two pulleys: the carriage that it moves with, and whether as that does or against it
+    coupled: str = field(default="", metadata={"file": False})
+    direction: int = field(default=1, metadata={"file": False})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,7 +23,7 @@ import numpy as np
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route.drive import RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.geometry import FreeSpan, Point
 from cabledrive.parameters.route.parts import require_within_travel
 
@@ -40,7 +40,7 @@ def is_pose_key(drive_data: Mapping[str, Any], key: str) -> bool:
     return last in POSE and name in [body.get("name") for body in bodies if isinstance(body, dict)]
 
 
-def posed(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
+def posed(drive: Machine, pose: Mapping[str, float]) -> Machine:
     """The machine with these bodies moved and no others, whatever that does to its ropes.
 
     ``pose``: "head.x", "head.y", new coordinate of the body's `at` [m]; "arm.turn", angle from the pose of
@@ -62,7 +62,7 @@ def posed(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
     return replace(drive, **placed)
 
 
-def _move(drive: RoutedDrive, parts: dict[str, list[Any]], number: int, last: str, value: float) -> None:
+def _move(drive: Machine, parts: dict[str, list[Any]], number: int, last: str, value: float) -> None:
     body = parts["body"][number]
     if body.travel is not None and last in body.moves:
         require_within_travel(body, value)
@@ -111,7 +111,7 @@ _STEPS = 30
 _NUDGE = 1e-6
 
 
-def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
+def moved(drive: Machine, pose: Mapping[str, float]) -> Machine:
     """The machine with bodies moved and its ropes as long as they are: what has to follow, follows.
 
     ``pose``: as of `posed`. The fewest bodies follow, the first of the file before later ones; others stay.
@@ -139,15 +139,13 @@ def moved(drive: RoutedDrive, pose: Mapping[str, float]) -> RoutedDrive:
     )
 
 
-def _followed(
-    drive: RoutedDrive, asked: RoutedDrive, keys: tuple[str, ...], passed_on: Array
-) -> RoutedDrive | None:
+def _followed(drive: Machine, asked: Machine, keys: tuple[str, ...], passed_on: Array) -> Machine | None:
     """The machine after Newton's steps of some coordinates; None where they do not undo the strain."""
     step, now, scale = np.zeros(len(keys)), asked, float(_rope_lengths(drive).max())
 
     loose = replace(asked, body=tuple(replace(body, travel=None) for body in asked.body))
 
-    def at(start: RoutedDrive, values: Array) -> RoutedDrive:
+    def at(start: Machine, values: Array) -> Machine:
         places = {key: place_of(asked, key) + float(v) for key, v in zip(keys, values, strict=True)}
         return posed(start, places)
 
@@ -172,21 +170,21 @@ def _followed(
     return now if _strains(drive, left).max() <= TOLERANCE else None
 
 
-def place_of(drive: RoutedDrive, key: str) -> float:
+def place_of(drive: Machine, key: str) -> float:
     """Where the file has what a key moves, such as ``head.x`` [m]; a turn begins at 0 [rad]."""
     name, _, move = key.rpartition(".")
     body = next(body for body in drive.body if body.name == name)
     return 0.0 if move == "turn" else body.at["xy".index(move)]
 
 
-def _strains(drive: RoutedDrive, left: Array) -> Array:
+def _strains(drive: Machine, left: Array) -> Array:
     """Length that is left over in each route, as a share of the rope's; shape (routes,)."""
     over = np.zeros(len(drive.route))
     np.add.at(over, [span.route for span in drive.free_spans], np.abs(left))
     return over / _rope_lengths(drive)
 
 
-def _rope_lengths(drive: RoutedDrive) -> Array:
+def _rope_lengths(drive: Machine) -> Array:
     """Length of each route [m], shape (routes,)."""
     whole = np.zeros(len(drive.route))
     for span in drive.free_spans:
@@ -194,7 +192,7 @@ def _rope_lengths(drive: RoutedDrive) -> Array:
     return whole
 
 
-def _passed_on(drive: RoutedDrive) -> Array:
+def _passed_on(drive: Machine) -> Array:
     """Length that unit turns of the pulleys feed into each span, shape (spans, pulleys) [m/rad]."""
     found = np.zeros((len(drive.free_spans), len(drive.pulley)))
     for row, span in zip(found, drive.free_spans, strict=True):
@@ -204,18 +202,18 @@ def _passed_on(drive: RoutedDrive) -> Array:
     return found
 
 
-def turns_between(drive: RoutedDrive, other: RoutedDrive) -> Array:
+def turns_between(drive: Machine, other: Machine) -> Array:
     """Turns of the pulleys that pass on what the spans gain in another pose, shape (pulleys,) [rad]."""
     return np.asarray(np.linalg.lstsq(_passed_on(drive), _gains(drive, other), rcond=1e-9)[0])
 
 
-def _left_over(drive: RoutedDrive, other: RoutedDrive, passed_on: Array) -> Array:
+def _left_over(drive: Machine, other: Machine, passed_on: Array) -> Array:
     """What turns of the pulleys cannot pass on of the lengths that the spans gain [m], shape (spans,)."""
     gains = _gains(drive, other)
     return np.asarray(gains - passed_on @ np.linalg.lstsq(passed_on, gains, rcond=1e-9)[0])
 
 
-def _gains(drive: RoutedDrive, other: RoutedDrive) -> Array:
+def _gains(drive: Machine, other: Machine) -> Array:
     """Length that each span gains between the cuts of its pulleys [m], shape (spans,)."""
     return np.array(
         [

@@ -8,16 +8,15 @@ from cabledrive.parameters.cable import RIGIDITY, Cable, Rope
 from cabledrive.parameters.drive import SENSE, Drive
 from cabledrive.parameters.drive_parts import Carriage, Layout, Motor, Pulley
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import Route, RoutedCarriage, RoutedMotor, RoutedPulley, RouteLayout
 
 NAMES = ("drive pulley", "load pulley")
 _UPRIGHT = 1e-9  # beyond the vertical, of what round-off makes lean [rad]
 SAID = ("name", "title", "source", "sensors", "goal")  # alike in both files
-ANGLES = ("drive_angle", "load_angle", "motor_angle")
 
 
-def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
+def as_machine(drive: Drive, *, loaded: bool = False) -> Machine:
     """A drive with two pulleys as a machine with routes; its "upper" span leads from drive to load pulley.
 
     If ``loaded``, a second motor gives the torque on the load pulley; a fixed one is refused.
@@ -48,8 +47,7 @@ def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
             motors.append(RoutedMotor(pulley=name, inertia=part.inertia))
     beyond = {"upper": 0.0, "lower": drive.pulley_distance}
     rigidity = dict.fromkeys(RIGIDITY) | {"given_rigidity": drive.cable.axial_rigidity}
-    rotor = NAMES[0] if motor is None or motor.joint_stiffness is None else f"rotor of {NAMES[0]}"
-    return RoutedDrive(
+    machine = Machine(
         **{name: getattr(drive, name) for name in (*SAID, "excitation")},
         cable=Rope(**_alike(Rope, drive.cable) | rigidity),
         layout=RouteLayout(**_alike(RouteLayout, drive.layout)),
@@ -65,18 +63,21 @@ def as_machine(drive: Drive, *, loaded: bool = False) -> RoutedDrive:
         loads=(1,) if loaded else (),
         stops=() if driven[0] or drive.drive_pulley.fixed else (0,),
         called=drive.spans,
-        angles=tuple(zip(ANGLES, (*NAMES, rotor), strict=True)),
         route=(Route(name="cable", path=tuple(f"-{name}" for name in NAMES), closed=drive.closed),),
+        lumped=drive.lumped,
     )
+    if not loaded:
+        vars(machine)["two_pulleys"] = drive  # with the length that its file gives
+    return machine
 
 
-def two_pulleys_of(drive: Machine, what: str, *, chains: bool = False) -> Drive:
+def two_pulleys_of(drive: Machine | Drive, what: str, *, chains: bool = False) -> Drive:
     """The cable between two pulleys of a machine; refused, with the reason, where ``what`` finds none.
 
     ``chains``: the lumped chain of an axis, which has two shafts and no spans, will do.
     """
     try:
-        if isinstance(drive, RoutedDrive):
+        if isinstance(drive, Machine):
             return drive.two_pulleys or in_machine(drive)
         if chains or not drive.chain_of:
             return drive
@@ -85,7 +86,7 @@ def two_pulleys_of(drive: Machine, what: str, *, chains: bool = False) -> Drive:
         raise InputRefused(f"{what} takes one cable between two pulleys: {refusal}") from None
 
 
-def in_machine(machine: RoutedDrive) -> Drive:
+def in_machine(machine: Machine) -> Drive:
     """The drive with two pulleys that a machine with routes is, its angles counted as the rope runs.
 
     Its drive pulley is that of the motor or the stop. A machine that leads to the left is seen in a mirror,
@@ -141,12 +142,16 @@ def in_machine(machine: RoutedDrive) -> Drive:
             inclination=max(-pi / 2, min(pi / 2, slope)),
         ),
         pulley=tuple(
-            Pulley(**_alike(Pulley, part) | {"inertia": inertia, "wrap_angle": wraps.get(number)})
+            Pulley(
+                **_alike(Pulley, part)
+                | {"inertia": inertia, "wrap_angle": part.wrap_angle if machine.called else wraps.get(number)}
+            )
             for part, inertia, number in zip(parts, inertias, (first, 1 - first), strict=True)
         ),
         motor=motor and Motor(**_alike(Motor, motor) | {"offset_torque": sense * motor.offset_torque + 0.0}),
         carriage=tuple(carriages),
-        called=machine.spans if starts[0] == first else machine.spans[::-1],
+        called=() if machine.called else machine.spans if starts[0] == first else machine.spans[::-1],
+        lumped=machine.lumped,
     )
 
 

@@ -15,7 +15,7 @@ from cabledrive.mechanics.rest import sag_of
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.report.figures.sheet import Placer, Point, Sheet, draw_route
 from cabledrive.report.machine.rest import tension_at
 from cabledrive.report.picture import CARD_WIDTH, WIDE
@@ -75,7 +75,7 @@ class DrawnMachine:
     pulleys: list[DrawnPulley]
     carriages: list[tuple[int, float, bool]]  # span of each, share of its way, whether it is guided
     place: Placer  # of a point [m] on the sheet [px]
-    shown: RoutedDrive  # the machine in the coordinates of the drawing
+    shown: Machine  # the machine in the coordinates of the drawing
     scale: float  # pixels of a metre
 
     def draw_carriage(self, sheet: Sheet, number: int, points: Array) -> None:
@@ -109,9 +109,8 @@ def sketch(drive: Machine) -> Markup:
     return sheet.svg(size)
 
 
-def coordinates(drive: Machine) -> RoutedDrive:
+def coordinates(machine: Machine) -> Machine:
     """A machine in coordinates; one of pulleys alone level or upright as it mostly stands."""
-    machine = drive.machine
     if machine.body or machine.anchor or abs(machine.layout.inclination) < pi / 4:
         return machine
     up = 1.0 if machine.layout.inclination > 0.0 else -1.0
@@ -119,14 +118,13 @@ def coordinates(drive: Machine) -> RoutedDrive:
     return replace(machine, pulley=tuple(turned))
 
 
-def draw_machine(sheet: Sheet, drive: Machine, *, moves: bool = False) -> DrawnMachine:
+def draw_machine(sheet: Sheet, machine: Machine, *, moves: bool = False) -> DrawnMachine:
     """Draw all but the spans, which sag to the scale of their length, with carriages where they hang.
 
     ``moves``: without what can move: carriages, bodies and what these carry.
     """
-    machine = drive.machine
     (width, height), place, shown = draw_route(
-        sheet, coordinates(drive), WIDE, carriages=False, bodies=not moves
+        sheet, coordinates(machine), WIDE, carriages=False, bodies=not moves
     )
     spans, shares = list[DrawnSpan](), np.linspace(0.0, 1.0, POINTS)
     stretches = statics_of(machine, held=machine.turned).stretches

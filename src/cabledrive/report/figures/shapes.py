@@ -60,9 +60,9 @@ def shapes_picture(name: str, drive: Machine, modes: Sequence[Mode]) -> Markup:
     return picture(name, _draw, height=_PANEL * rows + _FOOT)
 
 
-def draw_mode(axes: "Axes", drive: Machine, mode: Mode, *, last: bool = False) -> None:
+def draw_mode(axes: "Axes", machine: Machine, mode: Mode, *, last: bool = False) -> None:
     """One mode along the unrolled ropes, one behind the other; the last panel names the places."""
-    shapes, machine = unrolled(mode), drive.machine
+    shapes = unrolled(mode)
     whole = sum(float(at[-1]) for at, _ in shapes.values())
     carried = sorted({(p.span, p.start) for p in mode.network.pieces if p.start > 0.0})
     sizes = [5.0 if many <= FEW else 3.0 if many <= MANY else 0.0 for many in (len(carried), len(shapes))]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from markupsafe import Markup, escape
 
 from cabledrive.parameters import InputRefused
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.parameters.route.geometry import Point as Metres
 from cabledrive.report.picture import CARD_WIDTH, SMALL, text_width
@@ -94,8 +94,8 @@ Placer = Callable[[Metres], Point]
 
 
 def draw_route(
-    sheet: Sheet, drive: RoutedDrive, width: float, *, carriages: bool = True, bodies: bool = True
-) -> tuple[Point, Placer, RoutedDrive]:
+    sheet: Sheet, drive: Machine, width: float, *, carriages: bool = True, bodies: bool = True
+) -> tuple[Point, Placer, Machine]:
     """Draw all but the free spans on a sheet of a width [px].
 
     Names leave room for carriages that are not drawn; of bodies that are not, what they carry is not either.
@@ -206,7 +206,7 @@ def _crossed(box: _Box, start: Point, end: Point) -> float:
     return LINE * hypot(end[0] - start[0], end[1] - start[1]) * max(high - low, 0.0)
 
 
-def drawn_machine(drive: RoutedDrive) -> tuple[RoutedDrive, str, float]:
+def drawn_machine(drive: Machine) -> tuple[Machine, str, float]:
     """A machine that can be drawn: of a slim one its width, or its height, is stretched, pulleys with it.
 
     Returns the machine, without carriages, the direction that is stretched and by how much; 1 where it is to
@@ -244,13 +244,13 @@ def drawn_machine(drive: RoutedDrive) -> tuple[RoutedDrive, str, float]:
     return shown, axis[0], factor
 
 
-def _points(drive: RoutedDrive) -> list[Metres]:
+def _points(drive: Machine) -> list[Metres]:
     """Points that a drawing has to hold [m]."""
     points = [(p.at[0] + s * p.radius, p.at[1] + s * p.radius) for p in drive.pulley for s in (-1.0, 1.0)]
     return points + [anchor.at for anchor in drive.anchor] + [body.at for body in drive.body]
 
 
-def _placer(drive: RoutedDrive, width: float) -> tuple[Point, Placer, float]:
+def _placer(drive: Machine, width: float) -> tuple[Point, Placer, float]:
     """Size of the sheet [px], the map from m, and its scale [px/m]."""
     margin = MARGIN / 2 if width == CARD_WIDTH else MARGIN
     xs, ys = zip(*_points(drive), strict=True)
@@ -265,7 +265,7 @@ def _placer(drive: RoutedDrive, width: float) -> tuple[Point, Placer, float]:
     return (width, height), _place, scale
 
 
-def body_points(drive: RoutedDrive, number: int) -> list[Metres]:
+def body_points(drive: Machine, number: int) -> list[Metres]:
     """Places of a body and of all that it carries [m]."""
     body = drive.body[number]
     groups = (drive.pulley, drive.anchor, drive.body)
@@ -273,7 +273,7 @@ def body_points(drive: RoutedDrive, number: int) -> list[Metres]:
     return [body.at, *([body.pivot] if body.pivot else []), *carried]
 
 
-def neighbours(drive: RoutedDrive) -> list[tuple[FreeSpan, FreeSpan]]:
+def neighbours(drive: Machine) -> list[tuple[FreeSpan, FreeSpan]]:
     """Neighbouring spans of a route with a pulley between them."""
     found = []
     for route in range(len(drive.route)):

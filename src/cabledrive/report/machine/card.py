@@ -8,7 +8,7 @@ from cabledrive.answers.figures import number, quantity
 from cabledrive.modal import Modes
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.report.blocks import Figure, Table
 from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import mode_title, shapes_picture
@@ -108,7 +108,7 @@ COUNT, MOST_PULLEYS = 3, 14
 _HEIGHT = 300.0  # px
 
 
-def travel_figures(drive: RoutedDrive, name: str) -> Iterator[Figure]:
+def travel_figures(drive: Machine, name: str) -> Iterator[Figure]:
     """A figure for each motion of a body that strains nothing; none of machines with many pulleys."""
     if len(drive.pulley) > MOST_PULLEYS:
         return

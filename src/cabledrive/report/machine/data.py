@@ -17,7 +17,7 @@ from cabledrive.mechanics.rest import sag_of
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.modal.natural import spectrum_of
 from cabledrive.parameters import Cable, Drive, InputRefused, NotComputed
-from cabledrive.parameters.route import Machine, RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
 from cabledrive.report.figures.moving_machine import coordinates, moving_machine
@@ -130,7 +130,7 @@ OF_ONE_ROPE = (
 )
 
 
-def _of_ropes(machine: RoutedDrive, statics: Statics) -> tuple[dict[str, Any], dict[str, str]]:
+def _of_ropes(machine: Machine, statics: Statics) -> tuple[dict[str, Any], dict[str, str]]:
     """Of ropes and the first axis what a loop has in closed form, in SI by name; why it has not."""
     kinds = {(rope.axial_rigidity, rope.mass_per_length, rope.pretension) for rope in machine.ropes}
     found: dict[str, Any] = dict.fromkeys(OF_ONE_ROPE)
@@ -174,9 +174,9 @@ def machine_warnings(drive: Machine) -> tuple[str, ...]:
     )
 
 
-def data_sheet(drive: Machine) -> DataSheet:
+def data_sheet(machine: Machine) -> DataSheet:
     """Derived quantities of a machine, and its spans by the names that modes have."""
-    machine, derived = drive.machine, derived_with_lowest(drive)
+    derived = derived_with_lowest(machine)
     statics = statics_of(machine, held=machine.turned)
     if "slack_torque" not in derived:
         found, why = _of_ropes(machine, statics)
@@ -184,7 +184,7 @@ def data_sheet(drive: Machine) -> DataSheet:
     spans, pulleys = span_rows(machine, statics), pulley_rows(machine, statics)
     ends = [row[end] for row in spans for end in ("tension_start", "tension_end")]
     derived |= {
-        "rigid_body_modes": spectrum_of(drive)[0].rigid_body_modes,
+        "rigid_body_modes": spectrum_of(machine)[0].rigid_body_modes,
         "cable_length": sum(row["length"] * row["ropes"] for row in spans),
         "lowest_tension": min(ends),
         "highest_tension": max(ends),

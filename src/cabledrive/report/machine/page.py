@@ -101,7 +101,7 @@ def _sections(drive: Machine, name: str, pairs: Table | None) -> Iterator[Sectio
     sheet = data_sheet(drive)
     parts: tuple[tuple[str, str, Sequence[Block | None], str], ...] = (
         ("At rest, under gravity", "rest", rest_blocks(drive, name), HANGING),
-        ("Over the travel", "travel", tuple(travel_figures(drive.machine, name)), ""),
+        ("Over the travel", "travel", tuple(travel_figures(drive, name)), ""),
         ("Pairs near internal resonance", "pairs", (pairs,), ""),
         ("Spans and pulleys", "spans", sheet.tables, ""),
         (

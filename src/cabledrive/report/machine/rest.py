@@ -28,12 +28,11 @@ def tension_at(stretches: Iterable[RestingStretch], at: Array) -> Array:
     return values
 
 
-def rest_blocks(drive: Machine, name: str) -> tuple[Block, ...]:
+def rest_blocks(machine: Machine, name: str) -> tuple[Block, ...]:
     """Tension and sag along the spans and of every stretch, unless there are too many for a table.
 
     None where the weight changes neither by a thousandth; of many spans those that it changes most.
     """
-    machine = drive.machine
     if machine.layout.gravity == 0.0:
         return ()
     found = zip(machine.free_spans, statics_of(machine).stretches, strict=True)

@@ -32,7 +32,7 @@ def machine_in_motion(result: StudyResult) -> Block:
     duration, motors = motion.trajectory.duration, drive.axis.words["motors"]
     time, torque = motion_torque(drive, motion)
     try:
-        machine = released(distributed(drive).machine)
+        machine = released(distributed(drive))
         scheme = Scheme(slack="tension-only", segments=SEGMENTS)
         recording = Recording(rate=RATE, fields=max(1, round(RATE * duration / FRAMES)))
         case = case_of(machine, duration, scheme=scheme, recording=recording)

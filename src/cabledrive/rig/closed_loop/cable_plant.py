@@ -16,10 +16,10 @@ from cabledrive.modal import natural_frequencies
 from cabledrive.modal.tuning import first_modes
 from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import Machine, RoutedDrive
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, held_motion, motor_turn
-from cabledrive.reduction.quality import distributed, drive_like
+from cabledrive.reduction.quality import distributed, machine_like
 from cabledrive.rig.closed_loop.chain_kernels import DIVERGED, WENT_SLACK, LoopState, RigNumbers, decide
 from cabledrive.rig.closed_loop.loop_kernels import loop_over
 from cabledrive.rig.laws.controllers import load_gear, plant_chain
@@ -165,8 +165,8 @@ def cable_plant(
         said = f"motor.backlash = {drive.motor.backlash:.4g} rad is not followed with the distributed cable"
         raise InputRefused(f"{said}: set it to 0, or take a lumped plant")
     if machine is None and drive.chain_of:  # its numbers may have changed since the file was read
-        machine = machine_like(drive, chain)
-    machine = released(machine or (drive if options.as_printed else distributed(drive)))
+        machine = axis_like(drive, chain)
+    machine = released(machine or (drive.machine if options.as_printed else distributed(drive)))
     case = case_of(
         machine,
         interval,
@@ -250,20 +250,20 @@ def cable_words(cable: CablePlant, score: dict[str, float], angle: float) -> dic
     }
 
 
-def machine_like(drive: Drive, chain: LumpedChain) -> Machine:
+def axis_like(drive: Drive, chain: LumpedChain) -> Machine:
     """The machine of an axis whose lumped chain is the one given; of routes to first order."""
-    return _routes_like(drive, chain) if drive.chain_of else drive_like(drive, chain)
+    return _routes_like(drive, chain) if drive.chain_of else machine_like(drive, chain)
 
 
 _ROUND_OFF = 1e-9
 
 
-def _routes_like(drive: Drive, chain: LumpedChain) -> RoutedDrive:
+def _routes_like(drive: Drive, chain: LumpedChain) -> Machine:
     """Ropes and joints are scaled; load and motors, by their share, get what there is more of the rest.
 
     What motors have not to give of less friction is taken from all that rubs before the load.
     """
-    axis, machine = drive.axis, drive.axis.machine.machine
+    axis, machine = drive.axis, drive.axis.machine
     usual, gain, motors = plant_chain(as_axis(machine, axis.load), None), abs(axis.gain), len(machine.motor)
     more = {}
     for name in ("inertias", "viscous", "coulomb"):

@@ -12,7 +12,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model
 from cabledrive.rig import setting
-from cabledrive.rig.closed_loop.cable_plant import CablePlant, cable_plant, cable_run, machine_like, run_cable
+from cabledrive.rig.closed_loop.cable_plant import CablePlant, axis_like, cable_plant, cable_run, run_cable
 from cabledrive.rig.closed_loop.chain_kernels import (
     SUMMARY,
     ChainPlant,
@@ -257,7 +257,7 @@ def with_plant(loop: Loop, chain: LumpedChain, play: float | None = None) -> Loo
     plant = chain_numbers(chain, interval, loop.spec.options, rate=rate, links=links, field=field)
     cable = loop.cable
     if cable is not None:
-        like = machine_like(cable.drive, chain)
+        like = axis_like(cable.drive, chain)
         cable = cable_plant(cable.drive, chain, interval, loop.spec.options, like)
     return replace(loop, cable=cable, chain=chain, plant=plant, slack=slack)
 

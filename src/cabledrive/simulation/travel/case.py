@@ -12,7 +12,7 @@ from cabledrive.mechanics.cable_law import Array
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
-from cabledrive.parameters.route import RoutedDrive, moved
+from cabledrive.parameters.route import Machine, moved
 from cabledrive.parameters.route.strain_free import turns_between
 from cabledrive.simulation.plan import SLACK
 from cabledrive.simulation.prepared import Outcome, PreparedRun, extremes_of, reached
@@ -50,7 +50,7 @@ class Way:
         return np.asarray(CubicSpline(self.part, self.turned[:, pulley])(part), dtype=np.float64)
 
 
-def way_of(drive: RoutedDrive, moves: Mapping[str, float]) -> Way:
+def way_of(drive: Machine, moves: Mapping[str, float]) -> Way:
     """Poses through which bodies go by their distances [m]; other bodies follow or keep their places.
 
     Raises `InputRefused` if the machine cannot be in one of them, or moves do not go together.

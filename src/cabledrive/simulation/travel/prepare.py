@@ -13,7 +13,7 @@ from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.simulation.channels import channels_of
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.mesh import rubbing_of
@@ -33,7 +33,7 @@ NO_TURN = 1e-9
 
 
 def travel_case(
-    drive: RoutedDrive,
+    drive: Machine,
     duration: float,
     *,
     move: PlannedMove | None,
@@ -94,7 +94,7 @@ def travel_case(
 
 
 def _check(
-    drive: RoutedDrive, scheme: Scheme, recording: Recording, start: Start, move: PlannedMove | None
+    drive: Machine, scheme: Scheme, recording: Recording, start: Start, move: PlannedMove | None
 ) -> None:
     foreign = scheme.model != "exact" or scheme.method != "verlet" or scheme.friction != "stick-slip"
     turning = next((body.name for body in drive.body if "turn" in body.moves), "")
@@ -195,7 +195,7 @@ def _plan(
     return plan._replace(rest=rest), x, length, holding
 
 
-def _beyond(drive: RoutedDrive) -> Integers:
+def _beyond(drive: Machine) -> Integers:
     """Span behind the pulley at each end of each span, `ANCHOR` or `DRUM`."""
     spans = drive.free_spans
     found = np.full((len(spans), 2), at.ANCHOR, dtype=np.int64)

@@ -12,6 +12,7 @@ from cabledrive.modal import natural_frequencies
 from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction import transporter as reduced
+from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.quality import distributed
 from cabledrive.rig.carriage import CARRIAGE, FORCE, PAYLOAD, POSITIONS, SUBSTEPS, CarriageLoop
 from cabledrive.rig.setting import DEGREE, current_rate, sample_interval, torque_limit
@@ -272,12 +273,12 @@ class CarriageModel:
 
 def carriage_model(drive: Drive, goals: Goals) -> CarriageModel:
     """Hold the model's frequency against the certified one along the way."""
-    case, machine = CarriageCase(drive, goals), distributed(drive)
+    case, listed = CarriageCase(drive, goals), as_axis(distributed(drive))
     places = tuple(np.linspace(*case.ends, 3).tolist())
 
     def certified(position: float) -> float:
-        there = replace(machine, carriage=(replace(machine.carriage[0], position=position),))
-        return float(natural_frequencies(there, count=1)[0])
+        there = replace(listed, carriage=(replace(listed.carriage[0], position=position),))
+        return float(natural_frequencies(there.machine, count=1)[0])
 
     lumped = tuple(cable_frequency(case.design, x) for x in places)
     exact = tuple(certified(x) for x in places)

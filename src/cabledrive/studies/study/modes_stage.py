@@ -212,7 +212,7 @@ def planned_motion(drive: Drive, motion: Motion, samples: int) -> PlannedMotion:
     Coulomb friction is in it where `alarm` takes that from the file, of two pulleys alone.
     """
     axis = drive.axis
-    machine, motors = axis.machine.machine, axis.words["motors"]
+    machine, motors = axis.machine, axis.words["motors"]
     time, torque = motion_torque(drive, motion, samples, rubbing=not drive.chain_of)
     first, *others = (sign * torque / len(motors) for sign in motors.values())
     moves = [f"{body.name}.{move}" for body in machine.body for move in body.moves]

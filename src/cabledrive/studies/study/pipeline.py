@@ -44,7 +44,7 @@ class StudyResult(Findings, Result):
 
 
 def run_study(
-    drive: Machine,
+    drive: Machine | Drive,
     logs: Sequence[Path] = (),
     goals: Goals | None = None,
     *,
@@ -56,8 +56,8 @@ def run_study(
 
     Parameters
     ----------
-    drive : Drive or RoutedDrive
-        Of a machine with routes the chain of its axis, where it is one.
+    drive : Machine or Drive
+        A machine whose axis is a chain, or the drive of that axis.
     logs : sequence of Path
         Measured logs.
     goals : Goals, optional

@@ -126,10 +126,10 @@ def _refusals(found: findings.Findings) -> tuple[list[str], list[str]]:
         remedies += [resonance.remedy] if resonance.remedy and resonance.remedy != "none needed" else []
         if resonance.tuned_pretension is not None:
             tuned, drive = resonance.tuned_pretension, found.known
-            if drive is None or tuned <= largest_pretension(drive):
+            if drive is None or tuned <= largest_pretension(drive.cable):
                 words = f"keep cable.pretension away from {tuned:.4g} N, where the 1:2 resonance is exact"
             else:
-                words = f"no pretension {elastic_range(drive)} tunes the lowest mode of an empty span: "
+                words = f"no pretension {elastic_range(drive.cable)} tunes the lowest mode of an empty span: "
                 words += "keep away from the pretensions of the other pairs, which cabledrive resonance lists"
             remedies.append(words)
     return reasons, remedies
