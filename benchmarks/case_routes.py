@@ -9,7 +9,7 @@ from harness import side_by_side, table
 
 import cabledrive as cd
 from cabledrive.parameters import Drive
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.parts import Rope, Route, RoutedCarriage, RoutedPulley, RouteLayout
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.studies.mode_map import map_modes
@@ -59,7 +59,7 @@ def ropeways() -> str:
     return table(["sheaves", "cabins", f"first {MODES} modes", "rope with bending stiffness"], rows)
 
 
-def ropeway(sheaves: int, bends: bool) -> RoutedDrive:
+def ropeway(sheaves: int, bends: bool) -> Machine:
     """The packaged ropeway, longer: a tower of five sheaves every 220 m on a convex line, a cabin for two."""
     drive = cd.load_drive("ropeway-towers")
     towers, template = sheaves // 5, next(own for own in drive.pulley if own.name.startswith("tower"))
@@ -121,10 +121,10 @@ def in_time() -> str:
     return table(["segments per span", "loop", "as a route", "ratio"], rows)
 
 
-def written_as_route(loop: Drive) -> RoutedDrive:
+def written_as_route(loop: Drive) -> Machine:
     """The two pulleys of a loop as a machine with one closed route, without gravity."""
     names = ("drive", "load")
-    return RoutedDrive(
+    return Machine(
         name=loop.name,
         cable=Rope(
             given_rigidity=loop.cable.axial_rigidity,

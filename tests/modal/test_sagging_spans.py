@@ -13,7 +13,7 @@ from cabledrive.modal.natural import straight_limit
 from cabledrive.modal.ranges import sag_words
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
-from cabledrive.parameters.route import RoutedDrive
+from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
@@ -33,7 +33,7 @@ RIGIDITY, DENSITY, LENGTH, RADIUS = 2e6, 1.0, 100.0, 0.01
 
 def one_span(pull):
     """A rope from an anchor to a drum of 1 cm."""
-    return RoutedDrive(
+    return Machine(
         name="span",
         cable=Rope(given_rigidity=RIGIDITY, mass_per_length=DENSITY, pretension=pull),
         layout=RouteLayout(gravity=9.81),
@@ -137,7 +137,7 @@ def random_machine(rng, steepest):
                 position=rng.uniform(0.25, 0.75) * steps[0],
             ),
         )
-    return RoutedDrive(
+    return Machine(
         name="random",
         cable=Rope(given_rigidity=rigidity, mass_per_length=density, pretension=pull),
         layout=RouteLayout(gravity=9.81),
@@ -210,7 +210,7 @@ def test_a_rope_that_is_fed_round_strains_nothing():
 def test_a_rope_that_sag_lifts_off_its_pulley_is_not_certified():
     """A wheel pulled up from below by two spans that sag more than the rope wraps it."""
     high = 0.05
-    drive = RoutedDrive(
+    drive = Machine(
         name="held down",
         cable=Rope(given_rigidity=RIGIDITY, mass_per_length=DENSITY, pretension=4e4),
         layout=RouteLayout(gravity=9.81),

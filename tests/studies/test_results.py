@@ -37,7 +37,7 @@ def log():
 
 SMALL = {
     "Drive": lambda: LOOP,
-    "RoutedDrive": lambda: ROUTED,
+    "Machine": lambda: ROUTED,
     "DerivedQuantities": lambda: cd.derived_quantities(LOOP),
     "Modes": lambda: cd.modes(LOOP, count=2),
     "ResonanceSummary": lambda: cd.resonance(LOOP),

@@ -136,7 +136,7 @@ def derived_quantities(drive: Machine | Drive) -> DerivedQuantities:
     drive = two_pulleys_of(drive, "`derived_quantities`")
     cable, motor, sensors = drive.cable, drive.motor, drive.sensors
     mass = len(drive.spans) * drive.span_length * cable.mass_per_length
-    rest = rest_state(drive.machine)
+    rest = rest_state(drive)
     sag = max(section.sag for section in rest.sections)
     rims = [None if s.fixed else s.rim_mass / mass for s in shafts_of(drive)[:2]]
     modes = [omega and omega / (2.0 * pi) for omega in (lumped_cable_mode(drive), lumped_joint_mode(drive))]
@@ -184,18 +184,19 @@ STIFFNESS_TOLERANCE = 0.2
 SAMPLES_PER_CYCLE = 10.0
 
 
-def drive_warnings(drive: Machine) -> tuple[str, ...]:
+def drive_warnings(drive: Machine | Drive) -> tuple[str, ...]:
     """Find what in a drive is likely to be a mistake or a limit.
 
     Parameters
     ----------
-    drive : Machine
+    drive : Machine or Drive
 
     Returns
     -------
     tuple of str
         One line each: what, value with unit, the bound it met, the remedy. Empty if nothing stands out.
     """
+    drive = drive.machine
     own = drive.two_pulleys
     if own is None:
         return (*route_warnings(drive), *_rotors(drive))
@@ -270,7 +271,7 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A sag that bends the straight cable of the reduced models."""
     ratio, irvine = sheet.sag_ratio / SMALL_SAG, sheet.irvine_parameter / SMALL_IRVINE
     if max(ratio, irvine) > 1.0:
-        pull = max(stretch.mean_tension for stretch in rest_state(drive.machine).stretches)
+        pull = max(stretch.mean_tension for stretch in rest_state(drive).stretches)
         straight = pull * max(ratio, irvine ** (1.0 / 3.0))
         advice = _none_is_enough(drive, straight) or f"a pretension of {straight:.3g} N would be enough"
         yield (
@@ -284,7 +285,7 @@ def _sag(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
 def _bends(drive: Drive, sheet: DerivedQuantities) -> Iterator[str]:
     """A bending stiffness that the modes alone count: hinged at pulleys, clamped at carriages."""
     bent = sqrt((drive.cable.bending_stiffness or 0.0) / drive.cable.pretension)
-    bent /= min(own.end - own.start for own in rest_state(drive.machine).sections)
+    bent /= min(own.end - own.start for own in rest_state(drive).sections)
     raised = 0.5 * (pi * bent) ** 2 + (2.0 * bent if drive.carriage else 0.0)
     if raised > 1e-4:
         yield (

@@ -22,6 +22,7 @@ from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics, statics_of
 from cabledrive.parameters import InputRefused
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.route.drive import Machine
 
@@ -81,7 +82,7 @@ class RestState(Result):
         return min(section.lowest_tension for section in self.sections)
 
 
-def rest_state(drive: Machine, *, at_torque: float = 0.0) -> RestState:
+def rest_state(drive: Machine | Drive, *, at_torque: float = 0.0) -> RestState:
     """Tension of every stretch at rest, the drive pulley held, Eq. (M.10); the load pulley free unless fixed.
 
     Exact for a cable of Hooke's law: what the divided cable tends to with growing number of segments.
@@ -91,7 +92,7 @@ def rest_state(drive: Machine, *, at_torque: float = 0.0) -> RestState:
 
     Parameters
     ----------
-    drive : Machine
+    drive : Machine or Drive
     at_torque : float, default 0.0
         Of two pulleys: steady torque on the drive pulley on top of what holds the weights, taken up at the
         load pulley [N m]; positive relieves the upper span.
@@ -107,7 +108,7 @@ def rest_state(drive: Machine, *, at_torque: float = 0.0) -> RestState:
     NotComputed
         If no state of rest is found.
     """
-    return _kept_state(drive, at_torque)
+    return _kept_state(drive.machine, at_torque)
 
 
 def statics_under(machine: Machine, at_torque: float = 0.0) -> Statics:

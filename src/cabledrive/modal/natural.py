@@ -18,6 +18,7 @@ from cabledrive.modal.route_network import network_at_rest, network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
 from cabledrive.parameters import InputRefused, content_hash
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.route.drive import Machine
 
 DEFAULT_COUNT = 10
@@ -30,7 +31,7 @@ LOWEST_BELOW, HIGHEST_BELOW = 1e-30, 1e30
 
 
 def modes(
-    drive: Machine | Chain,
+    drive: Machine | Drive | Chain,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -48,7 +49,7 @@ def modes(
 
     Parameters
     ----------
-    drive : Drive, Machine or Chain
+    drive : Machine, Drive or Chain
         A `cabledrive.mechanics.Chain` has the modes of its one direction of motion, listed as longitudinal;
         its own springs and fixed ends say how it is held. Its segments may be different cables.
     below : float, optional
@@ -82,6 +83,7 @@ def modes(
     ----------
     .. [1] Eqs. (3.10)-(3.13), (3.17)-(3.20), (3.24)-(3.26), (3.27), (3.37)-(3.38), generalised.
     """
+    drive = drive if isinstance(drive, Chain) else drive.machine
     if not isfinite(at_torque):
         raise InputRefused(f"at_torque = {at_torque} N m is not finite: give the steady torque in N m")
     spectrum, network = spectrum_of(drive, motor, hold, at_torque)
@@ -229,7 +231,7 @@ def _off_modes(spectrum: Spectrum, omega: float) -> float:
 
 
 def natural_frequencies(
-    drive: Machine,
+    drive: Machine | Drive,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -241,7 +243,7 @@ def natural_frequencies(
 
     Parameters
     ----------
-    drive : Machine
+    drive : Machine or Drive
     below : float, optional
         Upper end [Hz].
     count : int, optional
@@ -266,7 +268,7 @@ def natural_frequencies(
 
 
 def longitudinal_modes(
-    drive: Machine,
+    drive: Machine | Drive,
     *,
     below: float | None = None,
     count: int | None = None,
@@ -275,7 +277,7 @@ def longitudinal_modes(
     taut: bool = False,
 ) -> tuple[Mode, ...]:
     """Longitudinal modes alone, ascending, without the rigid-body mode; as `natural_frequencies`."""
-    spectrum, _ = spectrum_of(drive, motor, hold, taut=taut)
+    spectrum, _ = spectrum_of(drive.machine, motor, hold, taut=taut)
     wanted = _checked_count(below, count)
     if below is None:
         return tuple(spectrum.first({LONGITUDINAL: wanted}, distinct=False)[LONGITUDINAL][0])

@@ -139,7 +139,7 @@ def resonant_pairs(drive: Drive, numbers: int | None = None) -> tuple[Pair, ...]
     """
     pulley = pulley_mode(drive).omega / (2 * pi)
     pairs = []
-    for place, chain in enumerate(transverse_chains(drive, rest=rest_state(drive.machine))):
+    for place, chain in enumerate(transverse_chains(drive, rest=rest_state(drive))):
         section = (chain.stretches[0].start, chain.stretches[-1].end)
         turns = pulley * float(chain.chain.travel_times.sum())  # up to half the pulley mode
         kept = numbers or max(FEWEST_NUMBERS, min(MOST_NUMBERS, int(turns + 1.0)))
@@ -179,7 +179,7 @@ def _tuned_at_rest(drive: Drive, place: int, number: int) -> float:
     """Pretension that tunes one mode of a section at rest: what its own tension lacks is added to it."""
     rigidity, current = drive.cable.axial_rigidity, drive
     for _ in range(_PASSES):
-        string = transverse_chains(current, rest=rest_state(current.machine))[place]
+        string = transverse_chains(current, rest=rest_state(current))[place]
         own, force = section_frequencies(string, number)[number - 1], float(string.chain.rigidity)
         wanted = force * (pulley_mode(current).omega / (2 * own)) ** 2
         if wanted >= rigidity:

@@ -154,7 +154,7 @@ def _strings(
 ) -> tuple[tuple[LabelledChain, ...], float]:
     """Sections under their tension at rest, and the q at which one of them loses it."""
     at_torque = -load_torque * drive.drive_pulley.radius / drive.load_pulley.radius
-    rest = rest_state(drive.machine, at_torque=at_torque)
+    rest = rest_state(drive, at_torque=at_torque)
     strings = transverse_chains(drive, rest=rest)
     slack = min(
         section.lowest_tension / (drive.cable.axial_rigidity * across.largest_slope(along, section.span))

@@ -54,7 +54,7 @@ def uniform_tension_model(drive: Machine | Drive, sines: int = 16, planes: int =
         raise InputRefused(f"sines = {sines} transverse modes must lie between 1 and 400")
     cable, length = drive.cable, drive.pulley_distance
     span_resonance = pi * cable.axial_wave_speed / length
-    kept = longitudinal_modes(drive.machine, below=HIGHEST_SHARE * span_resonance / (2 * pi), taut=True)
+    kept = longitudinal_modes(drive, below=HIGHEST_SHARE * span_resonance / (2 * pi), taut=True)
     shapes = [rims_of(mode) for mode in kept]
     natural = np.array([2 * pi * mode.frequency for mode in kept])
     if motor_condition(drive) == FREE:

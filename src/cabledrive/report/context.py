@@ -11,6 +11,7 @@ from math import pi
 from cabledrive.modal import Modes, modes, natural_frequencies
 from cabledrive.modal.natural import spectrum_of
 from cabledrive.parameters import InputRefused
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.route import Machine
 from cabledrive.parameters.version import __version__
 from cabledrive.report.words import anchors
@@ -49,12 +50,14 @@ class ReportContext:
         return modes(drive, below=below)
 
 
-def make_context(drives: Sequence[Machine], progress: Callable[[str], None] | None = None) -> ReportContext:
+def make_context(
+    drives: Sequence[Machine | Drive], progress: Callable[[str], None] | None = None
+) -> ReportContext:
     """Take up the machines of a report, refused without any; progress gets a line for each longer part."""
     if not drives:
         raise InputRefused("0 drives given, but a report is about at least 1: name a drive")
     return ReportContext(
-        machines=tuple(sorted(drives, key=_place)),
+        machines=tuple(sorted((own.machine for own in drives), key=_place)),
         progress=progress or (lambda line: None),
     )
 

@@ -125,7 +125,7 @@ def _against(
 
 
 def write_report(
-    drives: Sequence[Machine],
+    drives: Sequence[Machine | Drive],
     path: str | Path,
     *,
     force: bool = False,
@@ -137,7 +137,7 @@ def write_report(
 
     Parameters
     ----------
-    drives : sequence of Machine
+    drives : sequence of Machine or Drive
         At least one.
     path : path-like
         File to write; it appears whole or not at all.
@@ -170,7 +170,7 @@ def write_report(
 
 
 def report_html(
-    drives: Sequence[Machine],
+    drives: Sequence[Machine | Drive],
     *,
     written_at: datetime | None = None,
     progress: Callable[[str], None] | None = None,
@@ -180,7 +180,7 @@ def report_html(
 
     Parameters
     ----------
-    drives : sequence of Machine
+    drives : sequence of Machine or Drive
         At least one.
     written_at : datetime, optional
         Time that the report states; now where it is not given.

@@ -8,6 +8,7 @@ from typing import Any
 
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.route.drive import Machine
 from cabledrive.simulation.case import case_of
@@ -20,7 +21,7 @@ from cabledrive.simulation.travel.prepare import travel_case
 
 
 def simulate(
-    drive: Machine,
+    drive: Machine | Drive,
     duration: float,
     *,
     torque: Signal | float | Function | Mapping[str, Signal | float | Function] = 0.0,
@@ -40,7 +41,7 @@ def simulate(
 
     Parameters
     ----------
-    drive : Machine
+    drive : Machine or Drive
         A machine with routes moves about its state of rest, see `cabledrive.simulation.network`.
     duration : float
         Length of the run [s].
@@ -88,6 +89,7 @@ def simulate(
     SimulationInterrupted
         On Ctrl-C. It carries the result so far.
     """
+    drive = drive.machine
     if model is not None:
         scheme = replace(scheme or Scheme(), model=model)
     keeping: Any = {"output": output, "force": force, "resume": resume, "progress": progress}

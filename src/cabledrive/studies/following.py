@@ -22,6 +22,7 @@ from cabledrive.modal.ranges import ALLOWED
 from cabledrive.modal.rows import MASS
 from cabledrive.parameters import InputRefused, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.keys import quantity_of, varied_together
 from cabledrive.parameters.route import Machine
 
@@ -290,7 +291,7 @@ MOST_MODES = 200
 
 
 def frequency_against(
-    drive: Machine, key: str, values: Sequence[float] | Array, *, modes: int = 4
+    drive: Machine | Drive, key: str, values: Sequence[float] | Array, *, modes: int = 4
 ) -> "xr.Dataset":
     """Longitudinal frequencies against one quantity, each curve followed through crossings and veerings.
 
@@ -300,7 +301,7 @@ def frequency_against(
 
     Parameters
     ----------
-    drive : Machine
+    drive : Machine or Drive
     key : str
         Any quantity of the drive file: "cable.pretension", "pulley.0.inertia", "carriage.0.position"; a
         body's place, "head.x".
@@ -325,6 +326,7 @@ def frequency_against(
     NotComputed
         If the modes cannot be followed.
     """
+    drive = drive.machine
     if any(route.speed for route in drive.route):
         raise InputRefused("a rope that runs (route.speed) has waves for shapes: set its speed to 0")
     unit, meaning = quantity_of(drive, key)

@@ -12,6 +12,7 @@ from cabledrive.modal import Modes
 from cabledrive.modal import modes as certified_modes
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.keys import quantity_of, varied_together
 from cabledrive.parameters.route import Machine
 from cabledrive.studies.following import stamped
@@ -50,7 +51,7 @@ class Axis(NamedTuple):
 
 
 def map_modes(
-    drive: Machine,
+    drive: Machine | Drive,
     vary: Vary,
     *,
     count: int = 6,
@@ -62,7 +63,7 @@ def map_modes(
 
     Parameters
     ----------
-    drive : Machine
+    drive : Machine or Drive
     vary : mapping
         Values by key, in SI: ``{"head.x": [...], "beam.y": [...]}`` spans a grid. A tuple of keys with a row
         of values each moves them together: ``{("car.y", "counterweight.y"): [[5, 20, 35], [35, 20, 5]]}``.
@@ -89,6 +90,7 @@ def map_modes(
     InputRefused
         If a key names no quantity of this drive, or no point of the map is a machine.
     """
+    drive = drive.machine
     if not 0 < count <= MOST_MODES:
         raise InputRefused(f"count = {count} must lie between 1 and {MOST_MODES}: list fewer at a time")
     axes, held, points = over(Grid(drive, vary, motor, hold, workers), {"count": count}, _variables)

@@ -63,9 +63,7 @@ UNEVEN = 1e-3
 
 def uneven(drive: Drive) -> bool:
     """Whether a hanging carriage parts two tensions, by more than a share: its section is no even string."""
-    means = [
-        [own.mean_tension for own in section.stretches] for section in rest_state(drive.machine).sections
-    ]
+    means = [[own.mean_tension for own in section.stretches] for section in rest_state(drive).sections]
     return any(max(own) > (1.0 + UNEVEN) * min(own) for own in means)
 
 
@@ -78,13 +76,13 @@ def default_torque(drive: Drive) -> float:
 
 
 def resonance(
-    machine: Machine, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
+    machine: Machine | Drive, *, torque: float | None = None, load_torque: float = 0.0, details: bool = True
 ) -> ResonanceSummary:
     """Frequency ratio, threshold torque, pairs near resonance and verdict of a machine.
 
     Parameters
     ----------
-    machine : Machine
+    machine : Machine or Drive
     torque : float, optional
         Amplitude of the verdict [N m]; default: that of the file's [excitation]. Where there is neither, the
         verdict is "no excitation given", and the figures of a loop or a line are those at its torque limit
@@ -109,6 +107,7 @@ def resonance(
     NotComputed
         If a span hangs slack at rest.
     """
+    machine = machine.machine
     own, stated = machine.two_pulleys, machine.excitation
     parted = own is not None and uneven(own)
     beyond = parted or (own is not None and sags(own))

@@ -134,9 +134,7 @@ def growth_map(
         with np.errstate(over="ignore"):  # beyond slack
             pulley[rows, column], growth[rows, column] = q[0], a.max(axis=0) / height
 
-    means = [
-        part.mean_tension for section in rest_state(drive.machine).sections for part in section.stretches
-    ]
+    means = [part.mean_tension for section in rest_state(drive).sections for part in section.stretches]
     in_lanes(integrated, ((column, range(taus.size)) for column in range(tension.size)), threads)
     slack = ~(pulley <= np.asarray(at_pretension(model, tension).slack_amplitude)[None])
     return GrowthMap(
