@@ -22,9 +22,9 @@ from drive_strategies import drives
 from network_samples import as_routes
 from oracles.hanging_machine import catenary_sag
 
-SHEETS = {name: derived_quantities(load_drive(name)) for name in packaged_drives("loop", "line")}
+SHEETS = {name: derived_quantities(load_drive(name).listed) for name in packaged_drives("loop", "line")}
 FIRST, SECOND, THIRD = (SHEETS[f"dissertation-{n}"] for n in (1, 2, 3))
-RIG = load_drive("dissertation-3")
+RIG = load_drive("dissertation-3").listed
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,7 @@ def with_small_pulleys(drive):
 @pytest.mark.parametrize("name", ["dissertation-1", "dissertation-3", "printer-belt", "ropeway"])
 def test_sag_of_an_empty_level_span_is_that_of_its_catenary(name):
     """And Irvine's parameter of an even weight is (q L / H)^2 EA / H, at the tension that is there."""
-    drive = with_small_pulleys(replace(load_drive(name), carriage=()))
+    drive = with_small_pulleys(replace(load_drive(name).listed, carriage=()))
     sheet, (sag, pull) = derived_quantities(drive), catenary_sag(drive)
     assert sheet.static_sag == pytest.approx(sag, rel=1e-6)
     weight = drive.cable.mass_per_length * 9.81 * drive.span_length
@@ -78,7 +78,7 @@ def test_sag_of_an_empty_level_span_is_that_of_its_catenary(name):
 @pytest.mark.parametrize("name", ["ropeway", "camera-line", "elevator"])
 def test_table_of_spans_has_the_rope_between_its_wheels_and_all_weights(name):
     """By routes, sag included; Irvine's parameter is 12 EA/T times the mean of (V/T)^2."""
-    drive = load_drive(name)
+    drive = load_drive(name).listed
     machine = as_routes(drive)
     for span, row in zip(drive.spans, span_rows(machine, statics_of(machine)), strict=True):
         own = [stretch for stretch in rest_state(drive).stretches if stretch.span == span]
@@ -230,7 +230,7 @@ def warned(drive, words):
 def test_a_rotor_heavier_than_its_motor_is_named_on_machines_with_routes_too():
     """54 g cm^2 without a gear: a rotor of 55 g cm^2 is none of its parts, one of 54 is all of it."""
     for rotor, named in ((55e-7, True), (54e-7, False)):
-        belt = load_drive("printer-idlers", overrides=[f"motor.rotor_inertia={rotor}"])
+        belt = load_drive("printer-idlers", overrides=[f"motor.rotor_inertia={rotor}"]).listed
         assert any("the rotor alone" in line for line in drive_warnings(belt)) is named
 
 
@@ -260,7 +260,7 @@ def test_a_motor_of_two_pulleys_as_routes_holds_its_whole_inertia():
 @pytest.mark.parametrize("name", SHEETS)
 def test_what_is_odd_about_two_pulleys_is_said_of_both_forms_of_their_file(name):
     """Word for word but for a measured stiffness, which a file of routes cannot give."""
-    drive = load_drive(name)
+    drive = load_drive(name).listed
     said = [line for line in drive_warnings(drive) if not line.startswith("lumped.")]
     assert list(drive_warnings(drive.machine.plain)) == said
 

@@ -77,7 +77,7 @@ def test_a_divided_cable_rests_in_balance(seed):
 
 def test_steady_torque_splits_the_spans_of_a_loop():
     """T = T0 -+ tau / (2 r) where nothing weighs."""
-    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
+    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"]).listed
     for fixed in (False, True):
         held = replace(drive, pulley=(drive.pulley[0], replace(drive.pulley[1], fixed=fixed)))
         upper, lower = rest_state(held, at_torque=0.05).stretches
@@ -87,7 +87,7 @@ def test_steady_torque_splits_the_spans_of_a_loop():
 
 def test_rope_of_a_lift_carries_what_hangs_below(measured):
     """The elevator's ropes above and below the car differ by its weight; the motor holds none of it."""
-    drive = cd.load_drive("elevator")
+    drive = cd.load_drive("elevator").listed
     rest = rest_state(drive)
     car = drive.carriage[0]
     above, below = rest.sections[0].stretches[0], rest.sections[1].stretches[0]
@@ -103,7 +103,7 @@ def test_inclined_rope_needs_its_weight_times_the_sine_at_the_drive_pulley(measu
     off = []
     for pretension in (4e5, 8e5):
         settings = ["carriage.1.mass=0.001", "layout.inclination=30 deg", f"cable.pretension={pretension} N"]
-        drive = cd.load_drive("elevator", overrides=settings)
+        drive = cd.load_drive("elevator", overrides=settings).listed
         weight = 9.81 * sin(radians(30)) * (drive.carriage[0].mass - 0.001)
         torque = rest_state(drive).holding_torque
         off.append(abs(torque) / (weight * drive.drive_pulley.radius) - 1.0)
@@ -113,14 +113,14 @@ def test_inclined_rope_needs_its_weight_times_the_sine_at_the_drive_pulley(measu
 
 
 def test_section_that_hangs_slack_is_refused():
-    drive = cd.load_drive("elevator", overrides=["cable.pretension=2 kN"])
+    drive = cd.load_drive("elevator", overrides=["cable.pretension=2 kN"]).listed
     assert rest_state(drive).lowest_tension < 0.0
     with pytest.raises(cd.NotComputed, match="hangs slack at rest"):
         transverse_chains(drive, rest=rest_state(drive))
 
 
 # --- Sag under gravity and carriages: closed forms, order of convergence, balance of the pulleys
-DRIVE = load_drive("dissertation-2")
+DRIVE = load_drive("dissertation-2").listed
 LEVEL = replace(DRIVE, layout=replace(DRIVE.layout, gravity=0.0))
 
 
@@ -160,7 +160,7 @@ def test_gravity_on_a_slope_asks_for_a_held_pulley():
 
 def test_a_loop_that_hangs_slack_at_rest_has_no_equilibrium_of_a_cable_that_cannot_push():
     """Below half the weights the lower ends go slack: nothing holds the nodes there across."""
-    lift = load_drive("elevator")
+    lift = load_drive("elevator").listed
     slack, scheme = with_cable(lift, pretension=0.8 * lift.cable.pretension), Scheme(slack="tension-only")
     with pytest.raises(NotComputed, match=r"hangs slack; raise cable\.pretension"):
         cd.simulate(slack, 1e-3, start=Start(from_equilibrium=True, hold="drive"), scheme=scheme)
@@ -237,7 +237,7 @@ def test_a_useless_division_is_refused(segments, words):
 @pytest.mark.parametrize("name", ["elevator", "camera-line", "dissertation-2"])
 def test_a_torque_on_the_load_pulley_holds_nothing_at_rest(name):
     """A column of load torque makes its pulley one that a torque turns, which stands where it would."""
-    drive = load_drive(name)
+    drive = load_drive(name).listed
     plain, loaded = (statics_of(as_routes(drive, loaded=own)) for own in (False, True))
     assert_allclose(loaded.start, plain.start, rtol=1e-12)
     assert_allclose(loaded.end, plain.end, rtol=1e-12)
@@ -246,7 +246,7 @@ def test_a_torque_on_the_load_pulley_holds_nothing_at_rest(name):
 @pytest.mark.parametrize("name", ["ropeway", "elevator", "dissertation-transporter"])
 def test_a_machine_with_routes_rests_as_the_loop_that_it_is(name):
     """Section by section; its first pulley counts the other way round."""
-    loop = cd.load_drive(name)
+    loop = cd.load_drive(name).listed
     known, found = rest_state(loop), rest_state(as_routes(loop))
     for own, same in zip(known.sections, found.sections, strict=True):
         for key in ("start", "end", "sag", "lowest_tension"):
@@ -257,7 +257,7 @@ def test_a_machine_with_routes_rests_as_the_loop_that_it_is(name):
 
 def test_a_winch_holds_its_line_at_rest():
     """By the tension with which the rope leaves its drum."""
-    drive = cd.load_drive("camera-winches")
+    drive = cd.load_drive("camera-winches").listed
     found, drum = rest_state(drive), drive.pulley[drive.turned[0]]
     pulls = [own for own in found.sections if drum.name in own.span]
     assert abs(found.holding_torque) == pytest.approx(

@@ -86,7 +86,7 @@ def between_pulleys(bending):
     """The first belt span of a printer, out of plane, its bending stiffness given [N m^2]."""
     drive = cd.load_drive(
         "printer-idlers", overrides=[f"cable.bending_stiffness={bending}"] if bending else []
-    )
+    ).listed
     found = cd.modes(drive, below=400.0)
     return drive, [mode for mode in found.transverse if mode.clamped and mode.plane == "v"]
 
@@ -114,7 +114,7 @@ def test_a_belt_between_pulleys_vibrates_as_a_hinged_beam_between_the_tangent_po
 def test_shapes_of_a_heavy_rope_and_of_a_beam_are_those_that_belong_to_their_strain():
     """Of unit modal mass: the integral of the squared shape over the mass of one rope is one."""
     for name, below, model in (("8x19-8mm", 4.0, "tensioned beam"), ("Dyneema-4mm", 15.0, "heavy string")):
-        drive = cd.load_drive("lift-2-to-1", overrides=[f"route.suspension.type={name}"])
+        drive = cd.load_drive("lift-2-to-1", overrides=[f"route.suspension.type={name}"]).listed
         found = cd.modes(drive, below=below).transverse
         mode = next(one for one in found if one.span == "weight pulley to weight hitch")
         assert mode.model == model
@@ -130,7 +130,7 @@ def test_shapes_of_a_heavy_rope_and_of_a_beam_are_those_that_belong_to_their_str
 @pytest.mark.parametrize("case", ["bare", "guided", "hanging"])
 def test_a_loop_bends_as_the_same_machine_with_routes(case):
     """With its weight, a carriage on a rail or on the cable: the same modes; at pulleys a hinged beam."""
-    drive = cd.load_drive("dissertation-transporter", overrides=["cable.bending_stiffness=5e-5 N m^2"])
+    drive = cd.load_drive("dissertation-transporter", overrides=["cable.bending_stiffness=5e-5 N m^2"]).listed
     carriage = replace(drive.carriage[0], guided=case == "guided")
     drive = replace(drive, carriage=() if case == "bare" else (carriage,))
     own, routed = cd.modes(drive, count=6), cd.modes(as_routes(drive), count=6)
@@ -148,7 +148,7 @@ def test_a_loop_bends_as_the_same_machine_with_routes(case):
 @pytest.mark.parametrize("bending", [2e-5, 2e-3])
 def test_a_loop_whose_cable_leaves_its_pulleys_in_a_wide_curve_is_not_certified(bending):
     """EA EI^2 (1/r1 + 1/r2)^2 / (4 T^3 L^2) is 4e-6 and 4e-2."""
-    drive = cd.load_drive("dissertation-1", overrides=[f"cable.bending_stiffness={bending} N m^2"])
+    drive = cd.load_drive("dissertation-1", overrides=[f"cable.bending_stiffness={bending} N m^2"]).listed
     found = cd.modes(drive, count=3)
     assert found.certified == (bending < 1e-4)
     assert found.certified or "curvature at the pulleys" in found.certified_reason
@@ -160,14 +160,14 @@ MOTORS = ("free", "held")
 AT_REST = ("camera-line", "elevator", "linear-axis", "printer-belt", "ropeway")
 
 
-UNLIKE = cd.load_drive("dissertation-1", overrides=["pulley.1.radius=0.15 m"])
+UNLIKE = cd.load_drive("dissertation-1", overrides=["pulley.1.radius=0.15 m"]).listed
 
 
 @pytest.mark.parametrize(
     ("drive", "motor"),
     [
-        *((without_gravity(cd.load_drive(n)), motor) for n in (*FIVE, AT_REST[0]) for motor in MOTORS),
-        *((cd.load_drive(name), "free") for name in AT_REST),
+        *((without_gravity(cd.load_drive(n).listed), motor) for n in (*FIVE, AT_REST[0]) for motor in MOTORS),
+        *((cd.load_drive(name).listed, "free") for name in AT_REST),
         (without_gravity(UNLIKE), "free"),
     ],
 )
@@ -209,7 +209,7 @@ def test_a_fast_belt_is_warned_of_and_says_that_its_bending_stiffness_is_left_ou
 
 def test_a_span_that_sags_deep_is_certified(measured):
     """A camera of 1 kg lets its lines sag more than any is taken for shallow."""
-    drive = cd.load_drive("camera-winches", overrides=["body.camera.mass=1"])
+    drive = cd.load_drive("camera-winches", overrides=["body.camera.mass=1"]).listed
     found, statics = cd.modes(drive, below=2.0), statics_of(drive)
     truth = np.sort(np.concatenate(hanging_machine.frequencies(drive, tensions=statics.start)))
     listed = by_multiplicity(found.modes)
@@ -239,7 +239,7 @@ DEGREE = {"lift-2-to-1": 14}
 
 @pytest.mark.parametrize("name", PACKAGED)
 def test_its_modes_are_those_of_finite_elements(name, measured):
-    drive, below = cd.load_drive(name), BELOW[name]
+    drive, below = cd.load_drive(name).listed, BELOW[name]
     found, statics = cd.modes(drive, below=below), statics_of(drive)
     tensions = list(zip(statics.start, statics.end, strict=True))
     if name == "camera-winches":  # which hangs

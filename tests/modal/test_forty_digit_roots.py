@@ -230,7 +230,7 @@ def test_modes_at_the_poles_of_the_span_stiffness_are_found(measured):
 
 def test_pendant_tuned_to_the_mode_of_resting_pulleys_leaves_it_where_it_was(measured):
     """Motor and joint ring at the same frequency: a pole of the span meets the pole of the pendant."""
-    drive = cd.load_drive("dissertation-1")
+    drive = cd.load_drive("dissertation-1").listed
     half_wave = 2 * np.pi * cd.natural_frequencies(drive, count=2, taut=True)[1]
     motor = cd.Motor(inertia=1e-6, joint_stiffness=float(1e-6 * half_wave**2))
     tuned = replace(drive, motor=motor)

@@ -45,7 +45,7 @@ def string_of_carriages(number, contrast, kind):
 @pytest.mark.parametrize("name", packaged_drives())
 def test_modes_do_not_depend_on_units(name, by):
     """With every mass, length and time so many times as large the modes are the same by its own time."""
-    given = cd.load_drive(name)
+    given = cd.load_drive(name).listed
     own, other = cd.modes(given, count=6), cd.modes(in_other_units(given, by), count=6)
     words = [[(m.kind, m.multiplicity, m.family) for m in found.modes] for found in (own, other)]
     assert words[1] == words[0]
@@ -157,7 +157,7 @@ def test_a_clamp_askew_to_the_rail_by_a_rounded_figure_leaves_the_travel_free(as
     ):
         exact, rounded = (
             cd.modes(
-                cd.load_drive(name, overrides=[f"anchor.{clamp}.at=[{x}, {y + off!r}]"]),
+                cd.load_drive(name, overrides=[f"anchor.{clamp}.at=[{x}, {y + off!r}]"]).listed,
                 below=200.0,
                 motor="free",
             )
@@ -221,7 +221,7 @@ def test_modes_of_equal_spans_tied_by_hardly_anything_are_of_one_span_each():
     machine = cd.load_drive(
         "corexy",
         overrides=["cable.pretension=6", *(f"pulley.{name}.at=[{x}, 0.188]" for name, x in places)],
-    )
+    ).listed
     double = next(
         mode for mode in cd.modes(machine, below=80.0, motor="free").modes if mode.multiplicity == 2
     )
@@ -235,7 +235,7 @@ def test_modes_of_equal_spans_tied_by_hardly_anything_are_of_one_span_each():
 
 def test_a_span_as_long_as_a_file_may_say_rings_at_the_tone_of_a_string():
     """c / (2 L_e) at 1e20 m: the count squares no small number away."""
-    loop = cd.load_drive("dissertation-2")
+    loop = cd.load_drive("dissertation-2").listed
     steel = replace(loop.cable, youngs_modulus=200e9, area=6e-7, mass_per_length=4.7e-3, pretension=60.0)
     loop = replace(loop, cable=steel, layout=replace(loop.layout, span_length=1e20, gravity=0.0))
     found = cd.modes(loop, count=1)
@@ -246,7 +246,7 @@ def test_a_span_as_long_as_a_file_may_say_rings_at_the_tone_of_a_string():
 
 
 # --- What `modes` and what is made of them refuse: each row a call, and what its one line names
-LOOP = cd.load_drive("dissertation-1")
+LOOP = cd.load_drive("dissertation-1").listed
 HELD = replace(LOOP, pulley=tuple(replace(pulley, fixed=True) for pulley in LOOP.pulley))
 LIMITS = [
     *(({"below": below}, ["below = "]) for below in (0.0, -1.0, np.nan, np.inf)),
@@ -271,7 +271,7 @@ CHAINS = [
 ROWS = [
     *((lambda given=given: cd.modes(LOOP, **given), named) for given, named in LIMITS),
     *(
-        (lambda given=given: cd.modes(cd.load_drive("linear-axis"), **given), named)
+        (lambda given=given: cd.modes(cd.load_drive("linear-axis").listed, **given), named)
         for given, named in HOLDING
     ),
     *((lambda given=given: cd.modes(replace(LINE, **given)), named) for given, named in CHAINS),

@@ -127,15 +127,15 @@ def test_counts_with_grounds_and_fixed_pulleys_agree_with_the_matrix(measured):
 
 
 def test_default_is_holding_where_the_file_has_the_stiffness():
-    bare = cd.load_drive("linear-axis")
-    sprung = cd.load_drive("linear-axis", overrides=["motor.holding_stiffness=100"])
+    bare = cd.load_drive("linear-axis").listed
+    sprung = cd.load_drive("linear-axis", overrides=["motor.holding_stiffness=100"]).listed
     assert (cd.modes(bare, count=1).motor, cd.modes(sprung, count=1).motor) == ("free", "holding")
     free = cd.natural_frequencies(sprung, count=3, motor="free")
     assert free == pytest.approx(cd.natural_frequencies(bare, count=3), rel=1e-15)
 
 
 def test_held_carriage_parts_the_transverse_motion_too():
-    drive = cd.load_drive("elevator")
+    drive = cd.load_drive("elevator").listed
     hanging = replace(drive, carriage=tuple(replace(c, guided=False) for c in drive.carriage))
     guided = replace(drive, carriage=tuple(replace(c, guided=True) for c in drive.carriage))
     found = [m.frequency for m in cd.modes(hanging, count=6, hold=["carriage 0", "carriage 1"]).transverse]

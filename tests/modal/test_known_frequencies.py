@@ -25,7 +25,7 @@ from network_samples import as_routes
 )
 def test_dissertation_configurations_ring_where_they_must(name, frequencies, measured):
     """The second mode, pulleys at rest, is missing in Table 3.2; it is the kind drawn in Fig. 3.5(b)."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     found = cd.natural_frequencies(drive, count=3, taut=True)
     measured(", ".join(f"{frequency:.8f}" for frequency in found) + " Hz")
     np.testing.assert_allclose(found, frequencies, rtol=0, atol=5e-9)
@@ -110,7 +110,7 @@ def test_beaded_string_rings_like_lagranges(beads, measured):
 
 def test_rigid_supports_leave_the_multiples_of_a_half_wave(measured):
     """Eq. (3.14): both pulleys held, c_u/(2 Le) and its multiples, on either span."""
-    drive = cd.load_drive("dissertation-1")
+    drive = cd.load_drive("dissertation-1").listed
     held = replace(drive, pulley=tuple(replace(pulley, fixed=True) for pulley in drive.pulley))
     half_wave = drive.cable.axial_wave_speed / (2 * drive.pulley_distance)
     expected = np.repeat(half_wave * np.arange(1, 6), 2)
@@ -124,7 +124,8 @@ def test_rigid_supports_leave_the_multiples_of_a_half_wave(measured):
 @pytest.mark.parametrize("name", ["camera-line", "ropeway", "linear-axis", "lift-2-to-1", "corexy"])
 def test_the_lowest_frequencies_are_the_first_of_the_list_however_a_machine_is_written(name):
     """Of the ropes that hang: the taut cable of `camera-line` is off by 4e-3."""
-    drive, found = cd.load_drive(name), lowest_frequencies(cd.load_drive(name))
+    drive = cd.load_drive(name)
+    found = lowest_frequencies(drive)
     for motor in ("free", "held"):
         listed = cd.modes(drive, count=1, motor=motor).longitudinal[0].frequency
         assert getattr(found, motor) == pytest.approx(listed, rel=1e-9), motor
@@ -132,28 +133,28 @@ def test_the_lowest_frequencies_are_the_first_of_the_list_however_a_machine_is_w
 
 def test_no_mode_below_a_bound_leaves_no_doubt_of_straight_ropes():
     """The lowest mode of `camera-line`, whose span sags, lies above 0.1 Hz."""
-    network = network_of(as_routes(cd.load_drive("camera-line")))
+    network = network_of(as_routes(cd.load_drive("camera-line").listed))
     assert straight_limit(network, 2 * np.pi * 0.1) is None
     assert "sag" in straight_limit(network, 2 * np.pi * 6.0)
 
 
 def test_modes_warn_of_strained_ropes_and_of_ends_that_nothing_holds_on_every_machine():
-    strained = cd.load_drive("corexy", overrides=["cable.strain_limit=1e-3"])
+    strained = cd.load_drive("corexy", overrides=["cable.strain_limit=1e-3"]).listed
     assert any("beyond 0.001, its elastic range" in line for line in cd.modes(strained, count=1).warnings)
     for fixed in (False, True):
-        line = cd.load_drive("camera-line", overrides=[f"pulley.1.fixed={str(fixed).lower()}"])
+        line = cd.load_drive("camera-line", overrides=[f"pulley.1.fixed={str(fixed).lower()}"]).listed
         warned = any("nothing in the file holds it" in words for words in cd.modes(line, count=1).warnings)
         assert warned is not fixed
 
 
 # --- Rigid supports and springs without mass: where the simple formulas hold, and how they fail
-LOOP = cd.load_drive("dissertation-1")
+LOOP = cd.load_drive("dissertation-1").listed
 
 
 def test_rigid_supports_miss_the_pulley_mode_of_both_configurations_by_a_factor():
     """Section 3.2.1: 751.73 Hz against 116.33 and 81.74 Hz; transverse modes do not see the pulleys."""
     for number, factor in ((1, 751.7327 / 116.3293), (2, 751.7327 / 81.7421)):
-        drive = cd.load_drive(f"dissertation-{number}", overrides=["layout.gravity=0"])
+        drive = cd.load_drive(f"dissertation-{number}", overrides=["layout.gravity=0"]).listed
         (along, across), found = rigid_supports(drive), cd.modes(drive, count=1)
         assert along / found.longitudinal[0].frequency == pytest.approx(factor, rel=1e-5)
         assert across == pytest.approx(found.transverse[0].frequency, rel=1e-12)
@@ -179,7 +180,7 @@ def test_lumped_springs_are_right_to_first_order_in_the_mass_of_the_cable(kind, 
 
 
 # --- Pretension that tunes a pair of modes to 1:2, exactly
-CONFIGURATION_2 = cd.load_drive("dissertation-2")
+CONFIGURATION_2 = cd.load_drive("dissertation-2").listed
 
 
 def test_tuned_pretension_of_configuration_2(measured):
@@ -195,7 +196,7 @@ def test_tuned_pretension_of_configuration_2(measured):
 @pytest.mark.parametrize("name", [*cd.packaged_drives("loop", "line")])
 def test_every_pair_is_tuned_by_its_pretension(name):
     """Set to its tuned pretension, every pair has the ratio one half; carriages and joints included."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     for place, pair in enumerate(tuning.resonant_pairs(drive, 2)):
         if pair.tuned_pretension is None:
             assert any(word in pair.reason for word in ("EA", "weights", "slack", "does not settle"))
@@ -216,7 +217,7 @@ def test_tuned_pretension_of_a_drive_given_by_its_pulley_distance():
 
 def test_no_pretension_tunes_a_pair_that_would_need_the_tension_EA():
     """A heavy mass hanging on the cable swings too slowly for half the pulley mode at any tension."""
-    drive = cd.load_drive("camera-line", overrides=["carriage.0.mass=400"])
+    drive = cd.load_drive("camera-line", overrides=["carriage.0.mass=400"]).listed
     first = tuning.resonant_pairs(drive)[0]
     assert first.tuned_pretension is None
     assert "EA" in first.reason
@@ -226,7 +227,7 @@ def test_no_pretension_tunes_a_pair_that_would_need_the_tension_EA():
 @pytest.mark.parametrize("name", ["dissertation-2", "dissertation-3", "ropeway", "camera-line"])
 def test_waves_add_up_to_the_mode(name):
     """Slope of each piece, Eq. (A.3), against differences of the shape; its largest displacement."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     pulley = tuning.pulley_mode(drive)
     for mode in (pulley.mode, *(tuning.section_modes(chain, 3)[2] for chain in transverse_chains(drive))):
         for wave in mode.slope_waves():

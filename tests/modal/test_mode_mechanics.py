@@ -109,7 +109,7 @@ def test_holding_a_pulley_raises_every_frequency_and_interlaces(seed, measured):
 
 def test_midpoint_carriage_leaves_the_fundamental_alone_up_to_its_crossing(measured):
     """Up to chi_m = m/(2 Le rho) = 16.59 the mass sits at a node; then the in-phase mode is the lower one."""
-    drive = cd.load_drive("dissertation-1")
+    drive = cd.load_drive("dissertation-1").listed
     empty = cd.natural_frequencies(drive, count=1, taut=True)[0]
     low = bisect(lambda ratio: loaded_fundamental(drive, ratio) / empty - 1 + 1e-12, 16.0, 17.0, xtol=1e-6)
     heavy = loaded_fundamental(drive, 50.0)
@@ -143,7 +143,7 @@ def test_drive_seen_from_its_other_end_has_the_same_modes(seed, measured):
 
 
 def test_below_a_mode_leaves_it_out_and_above_takes_it_in():
-    drive = cd.load_drive("dissertation-1")
+    drive = cd.load_drive("dissertation-1").listed
     fundamental = cd.natural_frequencies(drive, count=1, taut=True)[0]
     assert cd.natural_frequencies(drive, below=fundamental * (1 - 1e-9), taut=True).size == 0
     assert cd.natural_frequencies(drive, below=fundamental * (1 + 1e-9), taut=True).size == 1
@@ -154,7 +154,7 @@ def test_below_a_mode_leaves_it_out_and_above_takes_it_in():
 
 def test_a_count_of_thousands_of_heavy_strings_is_that_of_their_travel_times():
     """n pi / t of each span and plane, less than one mode each apart."""
-    drive = cd.load_drive("elevator")
+    drive = cd.load_drive("elevator").listed
     spectrum = Spectrum(network_at_rest(drive)[0])
     turns = [
         np.sqrt(drive.cable.mass_per_length) * sum(own.travel_time for own in section.stretches) / np.pi
@@ -166,7 +166,7 @@ def test_a_count_of_thousands_of_heavy_strings_is_that_of_their_travel_times():
 
 
 def test_equal_modes_of_both_spans_are_one_row_and_other_modes_are_not():
-    found = cd.modes(cd.load_drive("dissertation-2", overrides=["layout.gravity=0"]), count=12).modes
+    found = cd.modes(cd.load_drive("dissertation-2", overrides=["layout.gravity=0"]).listed, count=12).modes
     across = [mode for mode in found if mode.kind == "transverse"]
     rows = mode_rows(across)
     assert max(row.count for row in rows) == 4  # two spans, two planes
@@ -178,7 +178,7 @@ def test_equal_modes_of_both_spans_are_one_row_and_other_modes_are_not():
 
 def test_ropes_that_sag_move_with_the_rims_that_they_pass():
     """At 58.6 Hz one of two lines is straight above its edge; beside a sheave it moves as the rim does."""
-    drive = cd.load_drive("camera-winches")
+    drive = cd.load_drive("camera-winches").listed
     mode = cd.modes(drive, below=60.0).longitudinal[3]
     assert 2.0 * np.pi * mode.frequency < mode.network.edges[0]
     for before, after in (drive.free_spans[:2], drive.free_spans[2:]):

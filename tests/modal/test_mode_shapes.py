@@ -147,7 +147,7 @@ def test_transverse_shapes_have_unit_modal_mass_and_the_right_energy(seed, measu
 )
 def test_pulleys_and_carriages_obey_their_equations_of_motion(name, measured):
     """Eq. (3.9) and (3.16): -omega^2 m u = EA (slope after - slope before); the cable sticks to the rims."""
-    drive = cd.load_drive(name, overrides=["layout.gravity=0"])
+    drive = cd.load_drive(name, overrides=["layout.gravity=0"]).listed
     found = sampled(drive)
     imbalances = [pair for one in found for pair in imbalance(drive, one)]
     measured(f"forces on the joints in balance to {max(share for _, share in imbalances):.1e}")
@@ -187,7 +187,7 @@ def imbalance(drive, found):
 
 def test_shape_beyond_the_mode_is_zero_and_at_joints_the_joints():
     """A transverse mode lives on its own span and section alone, where sag couples none."""
-    drive = cd.load_drive("dissertation-transporter", overrides=["layout.gravity=0"])
+    drive = cd.load_drive("dissertation-transporter", overrides=["layout.gravity=0"]).listed
     s = np.linspace(0.0, drive.span_length, 50)
     for mode in cd.modes(drive, count=12).transverse:
         other = {"upper": "lower", "lower": "upper"}[mode.span]
@@ -201,7 +201,7 @@ def test_shape_beyond_the_mode_is_zero_and_at_joints_the_joints():
 @pytest.mark.parametrize("name", ["camera-line", "ropeway", "printer-idlers"])
 def test_spans_move_at_their_ends_as_the_rims_that_they_meet(name):
     """Straight and hanging: the displacement along at both ends is the rim's along the rope itself."""
-    drive = as_routes(cd.load_drive(name))
+    drive = as_routes(cd.load_drive(name).listed)
     for span, own in zip(drive.free_spans, statics_of(drive).stretches, strict=True):
         if not (span.start.sense and span.end.sense):
             continue

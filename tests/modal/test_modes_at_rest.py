@@ -145,7 +145,7 @@ def test_modes_at_rest_are_those_of_finite_elements_of_the_exact_cable(machines,
 
 @pytest.mark.parametrize("name", ["camera-line", "ropeway", "dissertation-1"])
 def test_longitudinal_frequencies_are_those_of_the_list_unless_a_straight_drive_is_asked_for(name):
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     listed = [mode.frequency for mode in cd.modes(drive, count=2).longitudinal]
     assert_allclose(cd.natural_frequencies(drive, count=2), listed, rtol=1e-12)
     straight = cd.natural_frequencies(drive, count=2, taut=True)
@@ -156,7 +156,7 @@ def test_longitudinal_frequencies_are_those_of_the_list_unless_a_straight_drive_
 
 
 def test_steady_torque_tunes_the_two_spans_apart():
-    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"])
+    drive = cd.load_drive("dissertation-1", overrides=["layout.gravity=0"]).listed
     found = cd.modes(drive, count=4, at_torque=0.05).transverse
     lowest = {m.span: m.frequency for m in reversed(found) if m.plane == "v"}
     shift = 0.05 / 0.03 / 2
@@ -174,7 +174,7 @@ def test_steady_torque_tunes_the_two_spans_apart():
 def test_slack_section_is_not_listed_and_the_word_certified_is_withdrawn(name, pretension):
     """A lower end that is slack, and a span whose mean tension would have to push."""
     steep = [f"cable.pretension={pretension}", "layout.inclination=90 deg"]
-    drive = cd.load_drive(name, overrides=steep)
+    drive = cd.load_drive(name, overrides=steep).listed
     found = cd.modes(drive, count=4)
     assert not found.certified
     assert "hangs slack at rest" in found.certified_reason

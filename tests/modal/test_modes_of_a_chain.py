@@ -117,11 +117,11 @@ def test_each_row_equals_the_drive_alone(name):
     generator = np.random.default_rng(11)
     drives = []
     for factors in np.exp(generator.normal(0.0, 1.0, (12, 3))):
-        base = cd.load_drive(name)
+        base = cd.load_drive(name).listed
         values = (base.cable.mass_per_length, base.pulley[0].inertia, base.pulley[1].inertia)
         keys = ("cable.mass_per_length", "pulley.0.inertia", "pulley.1.inertia")
         changes = [f"{key}={float(v * f)!r}" for key, v, f in zip(keys, values, factors, strict=True)]
-        drives.append(cd.load_drive(name, overrides=["carriage=[]", *changes]))
+        drives.append(cd.load_drive(name, overrides=["carriage=[]", *changes]).listed)
     omegas, done = many_spectra(batch_of([longitudinal_chains(drive)[0].chain for drive in drives]), 5)
     assert np.count_nonzero(done) >= 11, "rows are left to the search of one chain without need"
     for drive, omega in zip([d for d, ok in zip(drives, done, strict=True) if ok], omegas[done], strict=True):

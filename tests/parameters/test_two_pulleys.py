@@ -64,7 +64,7 @@ WAYS = [
 
 def uneven():
     """A loop on a slope with two carriages and pulleys of two sizes."""
-    drive = cd.load_drive("dissertation-2", overrides=["cable.pretension=40 N", "layout.inclination=20 deg"])
+    drive = cd.load_drive("dissertation-2", overrides=["cable.pretension=40 N", "layout.inclination=20 deg"]).listed
     load = replace(drive.load_pulley, radius=0.7 * drive.load_pulley.radius)
     carriages = (
         Carriage(mass=0.05, position=0.3),
@@ -108,7 +108,7 @@ def test_a_line_on_the_other_side_is_another_machine(way):
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", ["dissertation-2", "dissertation-3", "uneven"])
 def test_closed_forms_are_those_of_the_file_of_two_pulleys(name, way):
-    drive = uneven() if name == "uneven" else replace(cd.load_drive(name), lumped=None)
+    drive = uneven() if name == "uneven" else replace(cd.load_drive(name).listed, lumped=None)
     machine = elsewhere(drive, *way)
     sheets = [derived_quantities(one).as_dict() for one in (drive, machine)]
     known = [key for key, value in sheets[0].items() if isinstance(value, float) and sheets[1][key]]
@@ -130,7 +130,7 @@ def test_an_axis_whose_heavy_cable_is_no_chain_of_the_network_is_that_of_its_two
 
 
 def test_the_fast_model_runs_it():
-    drive = replace(cd.load_drive("dissertation-2"), excitation=None)
+    drive = replace(cd.load_drive("dissertation-2").listed, excitation=None)
     smooth = replace(drive, pulley=tuple(replace(one, coulomb_friction=0.0) for one in drive.pulley))
     smooth = replace(smooth, motor=drive.motor and replace(drive.motor, coulomb_friction=0.0))
     push, machine = Sine(amplitude=0.02, frequency=40.0), elsewhere(smooth, *WAYS[2])
@@ -143,7 +143,7 @@ def test_the_fast_model_runs_it():
 @pytest.mark.parametrize("way", WAYS)
 def test_the_fast_model_plucks_the_span_that_the_machine_names_and_moves_about_rest(way):
     """As the cable in segments does, within 0.5 %; it began straight, from where spans fell to their sag."""
-    drive = replace(cd.load_drive("dissertation-2"), excitation=None)
+    drive = replace(cd.load_drive("dissertation-2").listed, excitation=None)
     machine = elsewhere(drive, *way)
     for span in machine.spans:
         start = Start(plucks=(Pluck(height=1e-3, span=span, shape="half-sine"),))

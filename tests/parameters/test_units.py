@@ -143,11 +143,11 @@ def test_units_known_without_pint_are_those_of_pint():
 
 # --- Settings replace values of the file for one run, in tables and in arrays
 EXAMPLE = Path(__file__).with_name("contract_example.toml")
-DRIVE = load_drive(EXAMPLE)
+DRIVE = load_drive(EXAMPLE).listed
 
 
 def overridden(*settings):
-    return load_drive(EXAMPLE, overrides=settings)
+    return load_drive(EXAMPLE, overrides=settings).listed
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,7 @@ class Machine(MachineBase):
     @cached_property
     def plain(self) -> "Machine":
         """Itself as if its file listed the routes: spans and coordinates by their own names and senses."""
-        return replace(self, called=()) if self.called else self
+        return replace(self, called=(), lumped=None) if self.called else self
 
     @cached_property
     def ropes(self) -> tuple[Rope, ...]:
