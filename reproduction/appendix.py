@@ -2,8 +2,8 @@
 
 from math import pi, sqrt
 
-from cabledrive.parameters import load_drive
 from reproduction.bench import BENCH_TESTS
+from reproduction.drives import packaged
 from reproduction.items import Outcome
 
 RPM = 2 * pi / 60
@@ -14,7 +14,7 @@ NO_LOAD_CURRENT, STARTING_CURRENT, ROTOR = 0.236, 232.0, 536e-7
 
 def gear_and_counts() -> tuple[float, float]:
     """Reduction of the gearhead, and counts per turn of the motor itself, by the packaged drive."""
-    drive = load_drive("dissertation-3")
+    drive = packaged("dissertation-3")
     assert drive.motor is not None
     assert drive.motor.gear_ratio is not None
     assert drive.sensors is not None

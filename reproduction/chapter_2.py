@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cabledrive.parameters import load_drive
+from reproduction.drives import packaged
 from reproduction.items import Outcome
 
 COURANT, SEGMENTS = 0.999, 100
@@ -10,7 +10,7 @@ COURANT, SEGMENTS = 0.999, 100
 
 def section_2_4(quick: bool) -> Outcome:
     """The Courant number below one, with the print's wave speed and with the right one."""
-    true = COURANT * float(np.sqrt(1.0 + load_drive("dissertation-2").cable.prestrain))
+    true = COURANT * float(np.sqrt(1.0 + packaged("dissertation-2").cable.prestrain))
     grown, kept = amplification(true), amplification(COURANT)
     found = {"true": true, "stable": COURANT / true, "grown": grown, "kept": kept}
     return found | {"section_2_4_courant": grown < 1.0 + 1e-9}, []

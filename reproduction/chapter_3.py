@@ -6,10 +6,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 from cabledrive.modal.natural import longitudinal_modes, modes, natural_frequencies
-from cabledrive.parameters import Carriage, Drive, Layout, load_drive
+from cabledrive.parameters import Carriage, Drive, Layout
 from cabledrive.parameters.arrays import Array
 from cabledrive.simulation import Pluck, Scheme, Start, simulate
 from cabledrive.simulation.run import whole
+from reproduction.drives import packaged
 from reproduction.items import Found, Outcome
 from reproduction.panel import Panel, panel
 from reproduction.printed_matrices import modal_matrix
@@ -38,9 +39,9 @@ def printed_data(drive: Drive) -> dict[str, float]:
 def table_3_1(quick: bool) -> Outcome:
     """Every row of Table 3.1 beside the packaged drives."""
     found: Found = {}
-    pulley = load_drive("dissertation-1").drive_pulley.inertia
+    pulley = packaged("dissertation-1").drive_pulley.inertia
     for number, added in ((1, 0.0), (2, pulley)):
-        drive = load_drive(f"dissertation-{number}")
+        drive = packaged(f"dissertation-{number}")
         values = {"j1": drive.drive_pulley.inertia + added, "j2": drive.load_pulley.inertia}
         values |= printed_data(drive)
         found |= {f"table_3_1_{number}_{key}": value for key, value in values.items()}
@@ -60,7 +61,7 @@ def table_3_2(quick: bool) -> Outcome:
     """
     found: Found = {}
     for number in (1, 2):
-        drive = load_drive(f"dissertation-{number}")
+        drive = packaged(f"dissertation-{number}")
         cable, across = drive.cable, modes(drive, count=1).transverse[0].frequency
         stretched = replace(drive, layout=Layout(span_length=drive.pulley_distance))
         right = *natural_frequencies(drive, count=3, taut=True), across, rigid_supports(drive)[0]
@@ -78,7 +79,7 @@ def table_3_2(quick: bool) -> Outcome:
 
 def determinant(number: str, quick: bool) -> Outcome:
     """Determinant of (3.13): its zero-crossings are the natural frequencies, those and no other."""
-    drive = load_drive(f"dissertation-{number}")
+    drive = packaged(f"dissertation-{number}")
     certified = natural_frequencies(drive, below=RANGES["whole"][1], taut=True)
     panels, worst, agree = [], 0.0, True
     for words, (low, high) in RANGES.items():
@@ -117,7 +118,7 @@ def shapes(quick: bool) -> Outcome:
     found: Found = {}
     panels: list[Panel] = []
     for number, figure in ((1, "3.3"), (2, "3.4")):
-        both = mode_shapes(load_drive(f"dissertation-{number}"), 2)
+        both = mode_shapes(packaged(f"dissertation-{number}"), 2)
         line = np.linspace(0.0, 1.0, 201)
         bend = max(
             float(np.max(np.abs(shape - shape[0] - (shape[-1] - shape[0]) * line)) / np.ptp(shape))
@@ -141,7 +142,7 @@ def _shape_panel(figure: str, hertz: float, spans: dict[str, Array]) -> Panel:
 
 def figure_3_6(quick: bool) -> Outcome:
     """Fig. 3.6: spectrum of the load pulley after plucks of both spans, by the exact loop."""
-    drive = load_drive("dissertation-2")
+    drive = packaged("dissertation-2")
     cable = replace(drive.cable, transverse_damping=DAMPING)
     drive = replace(drive, cable=cable, layout=replace(drive.layout, gravity=0.0))
     start = Start(plucks=(Pluck(height=2e-3), Pluck(height=1e-3, span="lower")))
@@ -187,7 +188,7 @@ def midspan_crossing(drive: Drive) -> float:
 
 def transporter(quick: bool) -> Outcome:
     """Figs. 3.8 to 3.10: the fundamental over the place of a mass, and its shape with the mass at midspan."""
-    drive = load_drive("dissertation-1")
+    drive = packaged("dissertation-1")
     places = np.linspace(0.0, drive.span_length, 21 if quick else 81)
     hertz = np.array(
         [
@@ -195,9 +196,9 @@ def transporter(quick: bool) -> Outcome:
             for m in MASS_RATIOS
         ]
     )
-    packaged = load_drive("dissertation-transporter")
-    middle = replace(packaged.carriage[0], position=packaged.span_length / 2)
-    shape = mode_shapes(replace(packaged, carriage=(middle,)))[0]
+    own = packaged("dissertation-transporter")
+    middle = replace(own.carriage[0], position=own.span_length / 2)
+    shape = mode_shapes(replace(own, carriage=(middle,)))[0]
     upper, rise = shape[1]["upper"], np.max(np.diff(hertz, axis=0))
     heavy, bare = hertz[-1, places.size // 2], hertz[0, places.size // 2]
     found = {"least": hertz[0].min(), "most": hertz[0].max(), "rise": rise, "heavy": heavy, "bare": bare}

@@ -21,13 +21,13 @@ from cabledrive.identification.signals import (
     response_by_segments,
     zero_phase,
 )
-from cabledrive.parameters import load_drive
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.reduction.lumped_chain import LumpedChain, speed_response
 from cabledrive.rig import virtual_rig
 from cabledrive.rig.virtual_rig import run_rig
 from reproduction import appendix
 from reproduction.bench import BENCH_TESTS, TORQUE_PER_VOLT, bench_command, bench_rig, response_command
+from reproduction.drives import packaged
 from reproduction.items import Found, Outcome
 from reproduction.panel import panel
 
@@ -50,7 +50,7 @@ CLOSE = 0.25  # median difference that an eye calls a good agreement on logarith
 
 def section_4_1(quick: bool) -> Outcome:
     """Every number of the description of the rig."""
-    sensors, (gear, counts) = load_drive("dissertation-3").sensors, appendix.gear_and_counts()
+    sensors, (gear, counts) = packaged("dissertation-3").sensors, appendix.gear_and_counts()
     assert sensors is not None
     torque, speed = appendix.NOMINAL_TORQUE, appendix.NOMINAL_SPEED
     found: Found = {"power": torque * speed * appendix.RPM, "speed": speed, "torque": torque, "gear": gear}
@@ -101,7 +101,7 @@ def section_4_3(quick: bool) -> Outcome:
 def figure_4_21(quick: bool) -> Outcome:
     """Fig. 4.21 and (4.20): the amplifier's gain."""
     hertz = np.geomspace(1.0, 500.0, 200)
-    bandwidth = load_drive("dissertation-3").motor.current_bandwidth or np.inf  # type: ignore[union-attr]
+    bandwidth = packaged("dissertation-3").motor.current_bandwidth or np.inf  # type: ignore[union-attr]
     size = 20 * np.log10(TORQUE_PER_VOLT / np.hypot(1.0, hertz / bandwidth))
     current = TORQUE_PER_VOLT / (appendix.TORQUE_CONSTANT * appendix.gear_and_counts()[0])
     found = {"section_4_4_gain": 20 * np.log10(1.6218), "section_4_4_torque": TORQUE_PER_VOLT}
@@ -210,7 +210,7 @@ def measured_response(chain: LumpedChain) -> tuple[Array, Complex, float]:
     lines. The difference is the median from 5 to 100 Hz; above, counts of the encoder drown the speed.
     """
     rng = np.random.default_rng(SEED)
-    rig = replace(virtual_rig.rig_of(load_drive("dissertation-3")), chain=chain, encoders={"angle": 2600})
+    rig = replace(virtual_rig.rig_of(packaged("dissertation-3")), chain=chain, encoders={"angle": 2600})
     log = run_rig(rig, response_command(rng, amplitude=1.0), rng)
     h, angle = log.interval, log.channel("angle")
     slow = difference(zero_phase(angle, h, 60.0), h)  # the speed whose sign the friction takes

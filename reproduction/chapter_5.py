@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from cabledrive.modal.tuning import span_frequency, tuned_pretension
-from cabledrive.parameters import Drive, load_drive
+from cabledrive.parameters import Drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.averaging import averaged_coefficients
 from cabledrive.reduction.threshold import pulley_amplitude
+from reproduction.drives import packaged
 from reproduction.forced_motion import ForcedCase, SeenMotion, envelope, exact_motion
 from reproduction.frequency_ratio import frequency_ratio, mass_ratios, resonant_load_ratio
 from reproduction.items import Found, Outcome
@@ -24,7 +25,7 @@ CHOSEN = "chosen, the print's are lost: dampings 1 1/s across, 4 1/s of the pull
 
 def surfaces(quick: bool) -> Outcome:
     """Fig. 5.2: frequency ratio over the mass ratios, for some tensions."""
-    rigidity = load_drive("dissertation-2").cable.axial_rigidity
+    rigidity = packaged("dissertation-2").cable.axial_rigidity
     chi2 = np.geomspace(0.1, 100.0, 120)
     panels, rising, cut = [], True, True
     for tension in TENSIONS:
@@ -40,7 +41,7 @@ def surfaces(quick: bool) -> Outcome:
 
 def contours(quick: bool) -> Outcome:
     """Fig. 5.3: contours of resonance, and configuration 2 on its own."""
-    drive = load_drive("dissertation-2")
+    drive = packaged("dissertation-2")
     chi1 = np.geomspace(1.0, 3000.0, 400)
     curves, worst = [], 0.0
     for tension in TENSIONS:
@@ -60,7 +61,7 @@ def contours(quick: bool) -> Outcome:
 
 def tuned_drive() -> Drive:
     """Configuration 2 at its tuned pretension, without weight, with the dampings of the figures."""
-    drive = load_drive("dissertation-2")
+    drive = packaged("dissertation-2")
     cable = replace(drive.cable, pretension=tuned_pretension(drive), transverse_damping=GAMMA)
     still = replace(drive, cable=cable, layout=replace(drive.layout, gravity=0.0))
     model = autoparametric_model(still)

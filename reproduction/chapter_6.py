@@ -4,12 +4,12 @@ from math import pi, sqrt
 
 import numpy as np
 
-from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of, speed_response
 from cabledrive.rig import Motion
 from cabledrive.trajectories.limits import derivative_jump, rise_coefficients
 from reproduction.chapter_3 import printed_data
 from reproduction.chapter_4 import CLOSE, measured_response
+from reproduction.drives import packaged
 from reproduction.items import Found, Outcome
 from reproduction.panel import panel
 
@@ -34,7 +34,7 @@ def figure_6_1(quick: bool) -> Outcome:
 
 def tables_6_1_and_6_2(quick: bool) -> Outcome:
     """Tables 6.1 and 6.2 beside the packaged drive, and what they say of the cable's spring."""
-    drive = load_drive("dissertation-3")
+    drive = packaged("dissertation-3")
     motor, lumped = drive.motor, drive.lumped
     assert motor is not None
     assert lumped is not None
@@ -54,7 +54,7 @@ def tables_6_1_and_6_2(quick: bool) -> Outcome:
 
 def figure_6_3(quick: bool) -> Outcome:
     """Fig. 6.3: response of Models 3 and 4, and the measured one by the virtual rig."""
-    chains = {number: lumped_model(load_drive("dissertation-3"), number) for number in (3, 4)}
+    chains = {number: lumped_model(packaged("dissertation-3"), number) for number in (3, 4)}
     hertz = natural_frequencies_of(chains[4]) / (2 * pi)
     frequency, response, off = measured_response(chains[4])
     found = {"section_6_2_3_7_hz": hertz[0], "section_6_2_3_120_hz": hertz[1]}
@@ -70,7 +70,7 @@ def figure_6_3(quick: bool) -> Outcome:
 
 def table_6_3(quick: bool) -> Outcome:
     """Table 6.3: estimates and bounds by their definitions."""
-    drive = load_drive("dissertation-3")
+    drive = packaged("dissertation-3")
     motor, lumped = drive.motor, drive.lumped
     assert motor is not None
     assert lumped is not None

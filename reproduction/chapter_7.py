@@ -7,13 +7,13 @@ from math import pi
 import numpy as np
 
 from cabledrive.modal import modes, natural_frequencies
-from cabledrive.parameters import load_drive
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of
 from cabledrive.reduction.quality import distributed
 from cabledrive.reduction.threshold import threshold_torque
 from reproduction.chapter_3 import rigid_supports
 from reproduction.chapter_5 import tuned_drive
+from reproduction.drives import packaged
 from reproduction.items import Found, Outcome
 from reproduction.rig import MOTION, dwell_spectrum, held_frequency, peak_of, run
 
@@ -22,13 +22,13 @@ BANDWIDTHS = (23.0, 30.0, 40.0, 60.0, 80.0)  # tried one after the other [Hz]
 
 def conclusions(quick: bool) -> Outcome:
     """Statements of Section 7.1."""
-    drives = [load_drive(f"dissertation-{n}") for n in (1, 2)]
+    drives = [packaged(f"dissertation-{n}") for n in (1, 2)]
     lower = [rigid_supports(own)[0] / modes(own, count=1).longitudinal[0].frequency for own in drives]
     tuned = tuned_drive()
-    own = replace(tuned, cable=replace(tuned.cable, pretension=load_drive("dissertation-2").cable.pretension))
+    own = replace(tuned, cable=replace(tuned.cable, pretension=packaged("dissertation-2").cable.pretension))
     at, away = (1e3 * float(threshold_torque(autoparametric_model(drive))) for drive in (tuned, own))
-    measured = distributed(load_drive("dissertation-3"))
-    lumped = natural_frequencies_of(lumped_model(load_drive("dissertation-3"), 4)) / (2 * pi)
+    measured = distributed(packaged("dissertation-3"))
+    lumped = natural_frequencies_of(lumped_model(packaged("dissertation-3"), 4)) / (2 * pi)
     off = float(np.max(np.abs(lumped / natural_frequencies(measured, count=lumped.size, taut=True) - 1.0)))
     first, second = modes(measured, count=2).longitudinal[:2]
     flexible, rigid = (highest(law) for law in ("darc-4", "darc-3"))

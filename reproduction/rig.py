@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.parameters import load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.reduction.lumped_chain import lumped_model, natural_frequencies_of, rim_spring
 from cabledrive.rig import Motion, RigOptions, Tracking, track
 from reproduction.bench import BENCH_TESTS
+from reproduction.drives import packaged
 from reproduction.items import UNEXPLAINED, Found, Outcome
 from reproduction.panel import Panel, panel
 
@@ -59,14 +59,14 @@ def run(law: str, bandwidth: float | None = None, feedback: str = "motor", **mor
     """One run on the rig of configuration 3; bandwidth [Hz] as printed, plant Model 4 unless given."""
     motion = LONG if law in ("darc-1", "darc-2") else replace(PULSE, rise=more.pop("rise", PULSE.rise))
     given = {"controller": law, "bandwidth": bandwidth, "options": RigOptions(feedback=feedback), **more}
-    return track(load_drive("dissertation-3"), motion=motion, gains="dissertation", **given)
+    return track(packaged("dissertation-3"), motion=motion, gains="dissertation", **given)
 
 
 @cache
 def held_frequency() -> float:
     """The load's mode while the law holds the drive pulley, sqrt(beta)/(2 pi) [Hz]."""
-    load = load_drive("dissertation-3").load_pulley
-    stiffness, _ = rim_spring(load_drive("dissertation-3"))
+    load = packaged("dissertation-3").load_pulley
+    stiffness, _ = rim_spring(packaged("dissertation-3"))
     return float(np.sqrt(stiffness * load.radius**2 / load.inertia) / (2 * pi))
 
 
@@ -100,7 +100,7 @@ def model_1(quick: bool) -> Outcome:
     load, size = peak_of(dwell_spectrum(slow, -1))
     before = peak_of(dwell_spectrum(slow, -2), *JOINT_BAND)[1]
     joint, after = peak_of(dwell_spectrum(fast, -2), *JOINT_BAND)
-    free, open_joint = natural_frequencies_of(lumped_model(load_drive("dissertation-3"), 4)) / (2 * pi)
+    free, open_joint = natural_frequencies_of(lumped_model(packaged("dissertation-3"), 4)) / (2 * pi)
     found: Found = {"size": size, "load": load, "before": before, "after": after, "joint": joint}
     found |= {"held": held_frequency(), "free": free, "open_joint": open_joint}
     found |= {"figure_6_5": size > 2 * ENCODER, "figure_6_6": abs(load / held_frequency() - 1) < 0.05}

@@ -14,6 +14,7 @@ from cabledrive.parameters import Carriage, InputRefused, load_drive
 from cabledrive.parameters.keys import varied_together
 from cabledrive.studies import frequency_against
 from cabledrive.studies.following import mass_weighted_shapes
+from reproduction.drives import packaged
 from reproduction.expanded_equations import lateral_frequency
 from reproduction.oracles import (
     DENSITY,
@@ -72,7 +73,7 @@ def test_tuned_pretension_of_configuration_2(length_grows, mass_kept, tuned):
 
 # --- the printed matrices and the certified modes have the same zeros -------------------------------------
 
-LOOP, HEAVY = load_drive("dissertation-1"), load_drive("dissertation-2")
+LOOP, HEAVY = packaged("dissertation-1"), packaged("dissertation-2")
 RIM = LOOP.drive_pulley.rim_mass
 UPPER, LOWER = Carriage(mass=5e-3, position=0.3), Carriage(mass=1e-3, position=0.45, span="lower")
 MIDSPANS = (Carriage(mass=RIM, position=0.5), Carriage(mass=RIM, position=0.5, span="lower"))
@@ -151,7 +152,7 @@ def test_printed_matrices_are_singular_at_the_modes_of_any_machine(measured):
 
 def test_a_machine_without_a_printed_matrix_is_refused():
     held = replace(LOOP, pulley=(LOOP.pulley[0], replace(LOOP.pulley[1], fixed=True)))
-    other = replace(LOOP, carriage=[LOWER]), replace(LOOP, kind="line"), load_drive("dissertation-3"), held
+    other = replace(LOOP, carriage=[LOWER]), replace(LOOP, kind="line"), packaged("dissertation-3"), held
     for drive in other:
         with pytest.raises(InputRefused, match="no matrix is printed"):
             modal_matrix(drive, 100.0)
@@ -206,7 +207,7 @@ def test_error_of_3_35_vanishes_with_the_mass_of_the_cable(position):
     assert np.polyfit(np.log(ratio), np.log(second), 1)[0] == pytest.approx(2.0, abs=0.05)
 
 
-TRANSPORTER = load_drive("dissertation-transporter")
+TRANSPORTER = packaged("dissertation-transporter")
 
 
 def test_slopes_at_a_carriage_jump_by_its_inertia():
@@ -261,7 +262,7 @@ def test_modes_of_a_symmetric_loop_cross_whatever_the_values_are(points, measure
 
 def test_mass_weighted_shapes_of_one_drive_are_orthonormal():
     """Kinetic energy of two different modes does not mix; what is left is the width of the cells."""
-    shapes = mass_weighted_shapes(TRANSPORTER, longitudinal_modes(TRANSPORTER, count=6, taut=True), 512)
+    shapes = mass_weighted_shapes(TRANSPORTER.machine, longitudinal_modes(TRANSPORTER, count=6, taut=True), 512)
     assert np.abs(shapes.T @ shapes - np.eye(6)).max() < 1e-4
 
 

@@ -11,7 +11,7 @@ from cabledrive.parameters import load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, lumped_model, reflected
 from cabledrive.rig.closed_loop.chain_kernels import move
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 INTERVAL = 1.0 / 5000.0
 
 

@@ -92,7 +92,7 @@ def drives(draw, most_carriages=4):
 
 # --- What can be done to a valid drive file
 EXAMPLE = Path(__file__).parent / "parameters" / "contract_example.toml"
-DRIVES = [cd.load_drive(source) for source in (*cd.packaged_drives("loop", "line"), EXAMPLE)]
+DRIVES = [cd.load_drive(source).listed for source in (*cd.packaged_drives("loop", "line"), EXAMPLE)]
 FILES = [EXAMPLE.read_bytes(), *[drive_text(drive).encode() for drive in DRIVES]]
 TABLES = [tomllib.loads(content.decode()) for content in FILES]
 

@@ -22,7 +22,7 @@ ROUTES = Path(__file__).parent / "parameters" / "routes"
 
 def route(name, *overrides):
     """A machine of the tests' own files."""
-    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides)
+    return cd.load_drive(ROUTES / f"{name}.toml", overrides=overrides).listed
 
 
 def routed(text):

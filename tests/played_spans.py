@@ -44,7 +44,7 @@ def drawn(seed, **given):
 def played(seed, *, drive=None, duration=2.0, rate=2000.0, segments=80, noise=0.05, probe=0.29, **given):
     """Play both spans of a loop; noise is relative to the largest value."""
     figures, rng = drawn(seed, **given)
-    known = drive or load_drive("dissertation-3", overrides=[*BRAKED, *NO_FRICTION])
+    known = drive or load_drive("dissertation-3", overrides=[*BRAKED, *NO_FRICTION]).listed
     cable = replace(known.cable, pretension=figures["pretension"], transverse_damping=figures["damping"])
     true, radius = replace(known, cable=cable), known.drive_pulley.radius
     half = figures["share"] * cable.pretension
@@ -74,8 +74,8 @@ def carrying():
     """The cable of configuration 3 in the transporter, a carriage hanging at 0.3 m of the upper span."""
     settings = {"mass": 6e-5, "position": 0.3, "guided": "false"}
     overrides = [*(f"carriage.0.{key}={value}" for key, value in settings.items()), *BRAKED]
-    base = load_drive("dissertation-transporter", overrides=overrides)
-    return replace(base, cable=load_drive("dissertation-3").cable)
+    base = load_drive("dissertation-transporter", overrides=overrides).listed
+    return replace(base, cable=load_drive("dissertation-3").listed.cable)
 
 
 def exact(one):

@@ -16,7 +16,7 @@ VOID = {"meta", "link", "br", "img", "hr", "input"}
 @cache
 def page(*names):
     """The report of packaged drives, of two very different ones by default."""
-    return report_html([load_drive(name) for name in names or DRIVES], written_at=TIME)
+    return report_html([load_drive(name).listed for name in names or DRIVES], written_at=TIME)
 
 
 @dataclass

@@ -14,7 +14,9 @@ from cabledrive.reduction.transverse_sections import TransverseMode
 from cabledrive.studies.resonance import resonance
 from network_samples import without_gravity
 
-TUNED = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.2837727209", "layout.gravity=0"])
+TUNED = cd.load_drive(
+    "dissertation-2", overrides=["cable.pretension=3.2837727209", "layout.gravity=0"]
+).listed
 LOAD_SHARE = 1.3043e5
 """c_q per viscous friction of the load pulley [1/s / (N m s)]."""
 
@@ -122,7 +124,7 @@ def complex_of(x):
 
 def damped_loop():
     """The rig of the resonance near its tuning, with viscous losses only."""
-    drive = without_gravity(cd.load_drive("dissertation-2"))
+    drive = without_gravity(cd.load_drive("dissertation-2").listed)
     tuned = resonance(drive).tuned_pretension
     cable = replace(drive.cable, pretension=1.004 * tuned, transverse_damping=2.0, axial_damping=0.02)
     pulleys = tuple(replace(pulley, viscous_friction=2e-5, coulomb_friction=0.0) for pulley in drive.pulley)

@@ -51,7 +51,7 @@ CASES = (
 
 
 def drive_of(name):
-    return load_drive(FOLDER / f"{name}.toml")
+    return load_drive(FOLDER / f"{name}.toml").listed
 
 
 def datasheet_of(drive):

@@ -49,7 +49,7 @@ def test_a_response_between_coordinates_that_symmetry_decouples_is_said_to_be_ze
 
 def test_a_torque_limit_that_slackens_an_axis_is_warned_of_at_the_closed_form_of_a_loop():
     """With a mass on a spring of its own beside it the loop is no longer one of two pulleys, but an axis."""
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     machine, slack = as_routes(drive), 2.0 * drive.drive_pulley.radius * drive.cable.pretension
     beside = replace(
         machine, body=(Body(name="beside", at=(0.0, 0.5), moves=("x",), mass=1.0, stiffness=9e6),)
@@ -63,15 +63,15 @@ def test_a_torque_limit_that_slackens_an_axis_is_warned_of_at_the_closed_form_of
 
 def test_a_sample_rate_too_low_for_the_chain_of_an_axis_is_warned_of():
     """Ten samples a cycle of the first mode of the axis of the head of CoreXY."""
-    highest = max(as_axis(cd.load_drive("corexy")).axis.words["frequencies_hz"])
+    highest = max(as_axis(cd.load_drive("corexy").listed).axis.words["frequencies_hz"])
     for share in (9.9, 10.1):
-        drive = cd.load_drive("corexy", overrides=[f"sensors.sample_rate={share * highest} Hz"])
+        drive = cd.load_drive("corexy", overrides=[f"sensors.sample_rate={share * highest} Hz"]).listed
         assert any("sensors.sample_rate" in line for line in machine_warnings(drive)) == (share < 10.0)
 
 
 @pytest.mark.parametrize("drive", ["dissertation-3", "linear-axis"])
 def test_the_response_of_a_loop_is_its_inertia_far_below_its_modes_and_highest_at_the_first(drive):
-    found, machine = answer("response", drive), cd.load_drive(drive)
+    found, machine = answer("response", drive), cd.load_drive(drive).listed
     hertz, magnitude = np.array(found["frequency_hz"]), np.array(found["magnitude"])
     ratio = machine.drive_pulley.radius / machine.load_pulley.radius
     cable = 2.0 * machine.span_length * machine.cable.mass_per_length
@@ -144,7 +144,7 @@ WORDS = "sag, which is left out, moves the mode at"
 def test_the_chain_of_an_axis_says_that_sag_moves_its_mode(pretension, doubted):
     """At 2 N the belt's first mode is 190 Hz, among the waves across its spans; `modes` takes sag in."""
     loose = [f"cable.pretension={pretension}", "layout.gravity=9.81"]
-    drive = cd.load_drive("printer-idlers", overrides=loose)
+    drive = cd.load_drive("printer-idlers", overrides=loose).listed
     axis = as_axis(drive).axis
     assert (WORDS in (axis.words["sag"] or "")) == doubted
     found = cd.modes(drive, below=2.0 * axis.words["frequencies_hz"][0])
@@ -158,7 +158,7 @@ def test_the_chain_of_an_axis_says_that_sag_moves_its_mode(pretension, doubted):
 def test_check_has_spans_of_a_loop_at_rest_as_its_catenaries(name, settings):
     """Tensions of the network are those of the loop, of one without a motor whose drive pulley is held."""
     found = answer("check", name, *(f"--set={one}" for one in settings))
-    rest = rest_state(load_drive(name, overrides=settings))
+    rest = rest_state(load_drive(name, overrides=settings).listed)
     for row in found["spans"]:
         own = [one for one in rest.stretches if one.span == row["name"]]
         ends = own[0].tensions[0], own[-1].tensions[1]
@@ -178,7 +178,7 @@ def test_the_command_is_a_few_lines_over_the_public_function(tmp_path):
     found = answer("simulate", "dissertation-2", *SHORT, *FORCED, *options)
     plucks = (Pluck(height=1e-3, shape="half-sine"), Pluck(height=5e-4, span="lower", shape="half-sine"))
     result = simulate(
-        load_drive("dissertation-2"),
+        load_drive("dissertation-2").listed,
         0.02,
         torque=Sine(amplitude=0.02, frequency=81.7),
         start=plucks,

@@ -75,7 +75,7 @@ def test_rows_equal_the_single_command(sweep):
     for row in (0, 4, 12):
         keys = ("cable.pretension", "pulley.0.inertia", "pulley.1.inertia")
         settings = [f"{key}={float(data[key][row])!r}" for key in keys]
-        drive = cd.load_drive("dissertation-3", overrides=settings)
+        drive = cd.load_drive("dissertation-3", overrides=settings).listed
         alone = cd.natural_frequencies(drive, count=3, taut=True)[:3]
         np.testing.assert_allclose(data.longitudinal_hz[row], alone, rtol=1e-12)
     assert np.all(data.longitudinal_proven == 1)
@@ -233,7 +233,7 @@ def test_rows_of_ropes_that_sag_or_bear_weights_have_the_modes_of_the_command(sw
     text += '[design]\nkind = "grid"\n[compute]\nwhat = "modes"\ncount = 3\n'
     _, rows = sweep(text)
     for tension, found in zip(tensions, rows.longitudinal_hz.values, strict=True):
-        drive = cd.load_drive(name, overrides=[f"cable.pretension={tension} N"])
+        drive = cd.load_drive(name, overrides=[f"cable.pretension={tension} N"]).listed
         known = [mode.frequency for mode in cd.modes(drive, count=3).longitudinal]
         np.testing.assert_allclose(found, known[:3], rtol=1e-9)
         straight = cd.natural_frequencies(drive, count=3, taut=True)
@@ -474,7 +474,7 @@ def test_the_page_of_a_campaign_needs_nothing_else_and_gives_the_worst_machines_
     assert len(files) == 10
     worst = int(np.nanargmax(data.longitudinal_hz[:, 0]))
     (tmp_path / "worst.toml").write_bytes(files[0])
-    drive = cd.load_drive(tmp_path / "worst.toml")
+    drive = cd.load_drive(tmp_path / "worst.toml").listed
     assert drive.cable.pretension == float(data["cable.pretension"][worst])
     assert drive.load_pulley.inertia == float(data["pulley.1.inertia"][worst])
     assert "--goal" in refusal("report", "elevator", "--goal", "y < 3", "-o", str(tmp_path / "b.html"))

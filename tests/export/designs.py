@@ -18,12 +18,12 @@ from cabledrive.rig.laws.controller_file import controller_from, controller_numb
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order
 
-DRIVE = cd.load_drive("dissertation-3")
+DRIVE = cd.load_drive("dissertation-3").listed
 
 
 @cache
 def loop_of(name: str, drive: str = "dissertation-3") -> Loop:
-    loaded = cd.load_drive(drive)
+    loaded = cd.load_drive(drive).listed
     motion = Motion(order=needed_order(name, loaded))
     made = CONTROLLERS[name](DesignSpec(loaded, motion))
     return close_loop(DesignSpec(loaded, motion), made, np.random.default_rng(0))
@@ -31,7 +31,7 @@ def loop_of(name: str, drive: str = "dissertation-3") -> Loop:
 
 @cache
 def source_of(name: str, drive: str = "dissertation-3") -> ExportSource:
-    loaded = cd.load_drive(drive)
+    loaded = cd.load_drive(drive).listed
     data = controller_numbers(loop_of(name, drive), loaded, "motor")
     law = controller_from(json.loads(json.dumps(data)), "controller.json")
     return ExportSource(law=law, data=data, drive=loaded)

@@ -206,9 +206,9 @@ def test_the_exported_folder_runs_on_the_rig_as_it_was_exported(tmp_path):
     out = tmp_path / "pd"
     found = cd.export_to(out, "dissertation-3", "c99", controller="pd")
     assert sorted(path.name for path in out.iterdir()) == found["files"]
-    assert found["drive_hash"] == cd.content_hash(cd.load_drive("dissertation-3"))
+    assert found["drive_hash"] == cd.content_hash(cd.load_drive("dissertation-3").listed)
     assert found["sample_time"] == pytest.approx(2e-4)
-    done = cd.track(cd.load_drive(str(out / "drive.toml")), controller=out)
+    done = cd.track(cd.load_drive(str(out / "drive.toml")).listed, controller=out)
     assert done.summary["controller"] == "pd"
     assert done.summary["gains"]["file"] == str(out / "controller.json")
     again = cd.export_to(tmp_path / "again", out, "c99")
@@ -220,8 +220,8 @@ def test_the_exported_folder_of_an_axis_of_routes_runs_from_its_own_file(tmp_pat
     """The file is the machine's, whose axis is the one that the law was made for."""
     out = tmp_path / "pd"
     cd.export_to(out, "printer-idlers", "c99", controller="pd")
-    drive = cd.load_drive(str(out / "drive.toml"))
-    assert cd.content_hash(drive) == cd.content_hash(cd.load_drive("printer-idlers"))
+    drive = cd.load_drive(str(out / "drive.toml")).listed
+    assert cd.content_hash(drive) == cd.content_hash(cd.load_drive("printer-idlers").listed)
     assert cd.track(drive, controller=out).summary["controller"] == "pd"
     assert cd.export_to(tmp_path / "again", out, "c99", what="loop")["files"]
 
@@ -232,7 +232,7 @@ def test_an_order_that_is_no_number_is_no_controller(order, tmp_path):
     kept = tmp_path / "pd" / "controller.json"
     kept.write_text(json.dumps(json.loads(kept.read_text()) | {"order": order}))
     with pytest.raises(cd.InputRefused, match="is no controller"):
-        cd.track(cd.load_drive("dissertation-3"), controller=kept)
+        cd.track(cd.load_drive("dissertation-3").listed, controller=kept)
 
 
 def test_a_law_takes_the_rises_with_which_its_study_tested_it(tmp_path):
@@ -245,7 +245,7 @@ def test_a_law_takes_the_rises_with_which_its_study_tested_it(tmp_path):
     texts[9] = (tmp_path / "second" / "cabledrive_law.h").read_text()
     for order, text in texts.items():
         assert f"smooth rises of order {order}." in text
-    run = cd.track(cd.load_drive("dissertation-3"), controller=kept.parent)
+    run = cd.track(cd.load_drive("dissertation-3").listed, controller=kept.parent)
     assert run.summary["motion"]["order"] == 9
     expected = pulse(np.radians(45.0), 0.5, 0.5, order=9)(run.time, 0)[0]
     np.testing.assert_allclose(run.reference, expected, atol=1e-9)
@@ -324,7 +324,7 @@ def test_a_pair_is_exported_and_passes_or_is_refused_as_track_refuses_it(drive, 
         refused = str(refusal)
     if refused is not None:
         with pytest.raises((cd.InputRefused, cd.NotComputed)):  # by what the law needs, or the motion first
-            cd.track(cd.load_drive(drive), controller=law)
+            cd.track(cd.load_drive(drive).listed, controller=law)
         assert "\n" not in refused
         return
     done = checked(tmp_path / "out", "-O2", *WARNINGS)

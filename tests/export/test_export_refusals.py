@@ -134,7 +134,7 @@ DRIVES = ("dissertation-2", "dissertation-3")
 def test_mujoco_oscillates_at_the_frequencies_of_the_chain(name, measured):
     """Stiffness by MuJoCo's own passive forces, inertia by its own accelerations."""
     mujoco = pytest.importorskip("mujoco", reason="needs mujoco")
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     files = mjcf_files(drive)
     gaps = []
     for number, chain in lumped_models(drive).items():
@@ -166,7 +166,7 @@ def test_mujoco_oscillates_at_the_frequencies_of_the_chain(name, measured):
 @pytest.mark.parametrize("name", DRIVES)
 def test_the_equations_of_the_modelica_text_are_those_of_the_chain(name):
     """Its equations, evaluated in Python line by line, accelerate as the state space does."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     generator = np.random.default_rng(3)
     for number, chain in lumped_models(drive).items():
         text = modelica_files(drive)[f"Model{number}.mo"]

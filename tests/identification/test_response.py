@@ -327,7 +327,7 @@ def test_a_lag_far_above_the_band_gets_no_number_but_a_bound():
 
 def test_the_amplifier_of_the_virtual_rig_is_found_in_its_log(measured):
     """4.2 dB and 1 kHz, from 4 s of 1,000 sines at 5 kHz."""
-    rig, rng = rig_of(load_drive("dissertation-3"), 4), np.random.default_rng(2015)
+    rig, rng = rig_of(load_drive("dissertation-3").listed, 4), np.random.default_rng(2015)
     log = run_rig(rig, response_command(rng, duration=4.0), rng)
     fit = response_models.identify_amplifier(log)
     gain = fit.gain
@@ -353,7 +353,7 @@ def test_intervals_from_logs_hold_gain_and_bandwidth(measured):
     from cabledrive.identification.logs.log import log_of
     from cabledrive.rig.virtual_rig import acting_torque
 
-    rig = rig_of(load_drive("dissertation-3"), 1)
+    rig = rig_of(load_drive("dissertation-3").listed, 1)
     held, off, message = np.zeros(2), [], []
     for seed in range(200):
         rng = np.random.default_rng(seed)
@@ -389,7 +389,7 @@ def response():
     periods, rng = 13, np.random.default_rng(2015)
     lines = planning.multisine_lines(PERIOD_TABLE, RATE_TABLE, 1.0, 250.0, odd=True)
     command = 0.12 + 0.3 * np.tile(planning.low_crest_multisine(PERIOD_TABLE, lines), periods)
-    log = run_rig(rig_of(load_drive("dissertation-3"), 4), command, rng)
+    log = run_rig(rig_of(load_drive("dissertation-3").listed, 4), command, rng)
     speed = signals.difference(log.channel("angle"), log.interval)
     # The log holds the mean of the torque over each interval, which lowers a line by its sinc.
     mean = np.sinc(np.arange(PERIOD_TABLE // 2 + 1) / PERIOD_TABLE)
@@ -467,7 +467,7 @@ def test_limits_are_kept_by_the_largest_amplitude_and_named_when_passed():
 def test_a_line_on_the_pulley_mode_of_a_tuned_drive_is_warned_of_above_its_threshold_only(measured):
     """Configuration 2 near its tuned pretension: 0.9 mN m at 81.74 Hz is the threshold."""
     settings = ("cable.pretension=3.3", "cable.transverse_damping=1.0", "pulley.1.viscous_friction=1e-5")
-    drive, time = load_drive("dissertation-2", overrides=settings), np.arange(8000) / 1000.0
+    drive, time = load_drive("dissertation-2", overrides=settings).listed, np.arange(8000) / 1000.0
 
     def warned(frequency, amplitude):
         return planning.resonance_warnings(drive, amplitude * np.sin(2 * np.pi * frequency * time), 1000.0)
@@ -499,7 +499,7 @@ def test_an_excitation_with_a_value_of_another_kind_is_refused(tmp_path, line, w
 
 
 def without(**sensors):
-    drive = load_drive("dissertation-3")
+    drive = load_drive("dissertation-3").listed
     return replace(drive, sensors=replace(drive.sensors, **sensors))
 
 

@@ -13,7 +13,7 @@ from oracles.wrapped_arm import arm_log
 from study_drives import drive_of
 from true_plants import shaken_log, truth_of
 
-DRIVES = {"geared": load_drive("dissertation-3"), "rigid": drive_of("turntable")}
+DRIVES = {"geared": load_drive("dissertation-3").listed, "rigid": drive_of("turntable")}
 SHAKES, MOST = {"geared": 0.8, "rigid": 0.6}, {"geared": 0.92, "rigid": 0.53}
 """Torque of the multisine, and the largest pull of the rope that it makes [N m]."""
 

@@ -26,11 +26,11 @@ from played_spans import SPANS, carrying, errors, held, played
 
 NOISE = 0.05
 BELT_A, BELT_B = "motor a to rear right a", "motor b to rear left b"
-LENGTH = next(span.length for span in cd.load_drive("corexy").free_spans if span.name == BELT_A)
+LENGTH = next(span.length for span in cd.load_drive("corexy").listed.free_spans if span.name == BELT_A)
 
 
 def with_tension(name, tension):
-    return cd.load_drive(name, overrides=[f"cable.pretension={tension}"])
+    return cd.load_drive(name, overrides=[f"cable.pretension={tension}"]).listed
 
 
 def rung(drive, seed, *, rate=2000.0, decay=2.0):
@@ -49,7 +49,7 @@ def rung(drive, seed, *, rate=2000.0, decay=2.0):
 @pytest.fixture(scope="module")
 def exact_ping():
     """One second of the exact loop of configuration 3, plucked by 3 mm."""
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     return drive, simulate(
         drive,
         1.5,
@@ -79,10 +79,12 @@ def by_the_string_formula(seed):
     rng = np.random.default_rng(seed)
     belt, decay, hum = seed % 3, (2.0, 6.0)[seed // 3 % 2], (0.0, 0.1)[seed // 6 % 2]
     if belt == 2:
-        drive, tension, length = cd.load_drive("corexy"), rng.uniform(15.0, 60.0), LENGTH
+        drive, tension, length = cd.load_drive("corexy").listed, rng.uniform(15.0, 60.0), LENGTH
         speed = np.sqrt(tension * (1.0 + tension / 19.4e3) / 8.3e-3)
     else:
-        drive = cd.load_drive(("dissertation-3", "dissertation-1")[belt], overrides=["layout.gravity=0"])
+        drive = cd.load_drive(
+            ("dissertation-3", "dissertation-1")[belt], overrides=["layout.gravity=0"]
+        ).listed
         cable, length = drive.cable, drive.span_length
         tension = cable.pretension * rng.uniform(0.5, 2.0)
         speed = np.sqrt(tension / cable.mass_per_length / (1.0 + tension / cable.axial_rigidity))
@@ -128,7 +130,7 @@ def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
 
 def test_an_accelerometer_hears_overtones_as_loud_as_the_first_partials(measured):
     """Twelve partials of a belt: 8 of 24 tensions were four or nine times too high, 2 refused as knocks."""
-    drive, time, errors = cd.load_drive("printer-idlers"), np.arange(24_000) / 24e3, []
+    drive, time, errors = cd.load_drive("printer-idlers").listed, np.arange(24_000) / 24e3, []
     for seed in range(24):
         rng = np.random.default_rng(seed)
         tension, length = 30.0 * rng.uniform(0.8, 1.25), drive.machine.free_spans[0].length
@@ -148,7 +150,7 @@ def test_an_accelerometer_hears_overtones_as_loud_as_the_first_partials(measured
 def both_felt(seed):
     """A loop's accelerometer, 4 s: 4 to 12 partials of each span, tensions up to a factor of 3 apart."""
     rng = np.random.default_rng(seed)
-    drive = cd.load_drive("dissertation-2", overrides=["layout.gravity=0"])
+    drive = cd.load_drive("dissertation-2", overrides=["layout.gravity=0"]).listed
     cable, time = drive.cable, np.arange(8000) / 2000.0
     count, tensions, felt = rng.integers(4, 13), 6.0 * (1.0 + rng.uniform(0.01, 0.5) * np.array([1, -1])), 0.0
     for tension, loudness in zip(tensions, (1.0, rng.uniform(0.15, 1.0)), strict=True):
@@ -193,9 +195,11 @@ def test_a_loud_tone_beside_both_families_is_a_finding():
 
 def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right(measured):
     """A carriage of the span's own mass hangs at its third: the first mode falls by a third."""
-    source = cd.load_drive("dissertation-3")
+    source = cd.load_drive("dissertation-3").listed
     carriage = {"carriage.0.mass": 1.68e-4, "carriage.0.position": 0.3, "carriage.0.guided": "false"}
-    base = cd.load_drive("dissertation-transporter", overrides=[f"{k}={v}" for k, v in carriage.items()])
+    base = cd.load_drive(
+        "dissertation-transporter", overrides=[f"{k}={v}" for k, v in carriage.items()]
+    ).listed
     drive = replace(base, cable=source.cable)
     time, values = rung(drive, 5)
     one = tension_from_ping(log_of(time, {"position": values}, {"position": "m"}), drive).spans["upper"]
@@ -207,7 +211,7 @@ def test_a_hanging_carriage_makes_the_string_formula_wrong_and_the_modes_right(m
 
 def test_a_rope_that_hangs_gives_the_mean_of_its_tension(measured):
     """Below the car 5.65 to 2.94 kN by its weight, frequencies by Bessel functions; it was 2.7 % too low."""
-    drive, section = cd.load_drive("elevator"), 1
+    drive, section = cd.load_drive("elevator").listed, 1
     high, low = (float(end) for end in statics_of(drive.machine).stretches[0][section].tensions)
     length = drive.machine.free_spans[0].length - drive.machine.carriage_places[0][1]
     slope, density = (high - low) / length, drive.cable.mass_per_length
@@ -230,7 +234,7 @@ def test_a_rope_that_hangs_gives_the_mean_of_its_tension(measured):
 
 def test_ping_of_a_stiff_belt_gives_its_tension(measured):
     """Partials of a beam clamped where its curvature has grown to that of the pulley, sqrt(EI/T) beyond L."""
-    base = cd.load_drive("printer-belt")
+    base = cd.load_drive("printer-belt").listed
     length, tension, share = base.pulley_distance, base.cable.pretension, 2e-3
     cable = replace(base.cable, bending_stiffness=share * tension * length**2)
     pulley = tuple(replace(own, radius=0.2 * length) for own in base.pulley)
@@ -269,7 +273,7 @@ def test_pings_of_other_machines_and_sections_give_their_tension(name, section):
     from cabledrive.mechanics.spans import transverse_chains
     from cabledrive.modal.tuning import section_frequencies
 
-    drive, rng = cd.load_drive(name), np.random.default_rng(section)
+    drive, rng = cd.load_drive(name).listed, np.random.default_rng(section)
     chains = [chain for chain in transverse_chains(drive) if chain.stretches[0].span == "upper"]
     f = np.array(section_frequencies(chains[section], 3)) / (2 * np.pi)
     rate = max(20.0 * f[0], 12.0 * f[2])
@@ -290,7 +294,7 @@ def test_pings_of_other_machines_and_sections_give_their_tension(name, section):
 @pytest.mark.parametrize("name", ["dissertation-3", "printer-belt", "camera-line"])
 def test_the_modes_of_a_span_do_not_depend_on_how_its_machine_is_written(name, stiff, measured):
     """Stiff ropes alone: parts between guided carriages of routes have no modes of their own names."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     if stiff is not None:
         bending = stiff * drive.cable.pretension * drive.pulley_distance**2
         drive = replace(drive, carriage=(), cable=replace(drive.cable, bending_stiffness=bending))
@@ -308,17 +312,17 @@ def test_a_channel_of_another_span_is_not_read_for_the_named_one():
     time, upper = rung(with_tension("dissertation-3", 7.0), 1, rate=4000.0)
     _, lower = rung(with_tension("dissertation-3", 8.0), 2, rate=4000.0)
     channels = {"upper_position": upper, "lower_position": lower}
-    log, drive = log_of(time, channels, dict.fromkeys(channels, "m")), cd.load_drive("dissertation-3")
+    log, drive = log_of(time, channels, dict.fromkeys(channels, "m")), cd.load_drive("dissertation-3").listed
     for span, tension in (("upper", 7.0), ("lower", 8.0)):
         assert tension_from_ping(log, drive, span=span)[span] == pytest.approx(tension, rel=0.01)
-    parted = cd.load_drive("dissertation-transporter")
+    parted = cd.load_drive("dissertation-transporter").listed
     string = string_of(parted, "upper", 1)
     assert string.bare(string.modes[0]) == pytest.approx(string.known, rel=2.0 * parted.cable.prestrain)
 
 
 def test_both_spans_of_a_stiff_belt_are_read_from_one_recording():
     """A guided carriage parts one of them: the shorter part is the stiffer one, with other ratios."""
-    base = cd.load_drive("printer-belt")
+    base = cd.load_drive("printer-belt").listed
     length = base.pulley_distance
     cable = replace(base.cable, bending_stiffness=5e-4 * base.cable.pretension * length**2)
     drive = replace(base, carriage=(cd.Carriage(mass=0.1, position=0.37 * length),), cable=cable)
@@ -338,7 +342,7 @@ def test_another_span_that_sounds_as_well_is_reported():
     """The lower span at 8 N, half as loud, beside the upper one at 7 N; alone it identifies nothing."""
     time, upper = rung(with_tension("dissertation-3", 7.0), 1, rate=4000.0)
     _, lower = rung(with_tension("dissertation-3", 8.0), 2, rate=4000.0)
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     both = tension_from_ping(log_of(time, {"sound": upper + 0.5 * lower}, {}), drive).spans["upper"]
     assert any("another tone at 108" in finding for finding in both.findings), both.findings
     assert both.tension.value == pytest.approx(7.0, rel=0.01)
@@ -356,7 +360,7 @@ def chirp(drive, seconds, rate=2000.0):
 @pytest.mark.parametrize("seconds", [5.0, 20.0, 60.0])
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_a_sweep_is_no_ping(seconds, noise, measured):
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     time, values = chirp(drive, seconds)
     values = values + noise * np.random.default_rng(1).normal(size=values.size)
     with pytest.raises(cd.NotComputed) as refused:
@@ -394,7 +398,7 @@ def knock(*ratios):
     ],
 )
 def test_what_is_no_ping_of_a_string_is_refused(name, made, words, measured):
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     time, values = made(drive)
     with pytest.raises((cd.NotComputed, cd.InputRefused), match=words) as refused:
         tension_from_ping(log_of(time, {"sound": values}, {}), drive)
@@ -403,7 +407,7 @@ def test_what_is_no_ping_of_a_string_is_refused(name, made, words, measured):
 
 @pytest.mark.parametrize("silence", [0.0, 0.1, 1.0])
 def test_a_ping_after_a_silence_is_a_ping(silence):
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     time, values = rung(drive, 3)
     quiet = NOISE * np.random.default_rng(4).normal(size=round(silence * 2000.0))
     values = np.concatenate([quiet, values])
@@ -584,7 +588,9 @@ def test_fifty_recordings_of_nearly_equal_tensions(measured):
 )
 def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least, measured):
     """Either no tone or the tension within 1 %; always the tension at 5 N."""
-    drive = cd.load_drive(name, overrides=[f"cable.pretension={tension}", "cable.transverse_damping=2"])
+    drive = cd.load_drive(
+        name, overrides=[f"cable.pretension={tension}", "cable.transverse_damping=2"]
+    ).listed
     start, recording = Start(plucks=(Pluck(height=height, place=0.4),)), Recording(rate=2000.0)
     run = simulate(drive, 2.0, start=start, scheme=Scheme(segments=40), recording=recording)
     off, refusals, count = [], [], 2 * np.pi / 10_000
@@ -603,7 +609,7 @@ def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least
 
 def test_the_load_cell_parts_the_combined_tension_by_the_turning_of_its_pulley(measured):
     """A shaken load pulley: T2 - T1 = J2 a / r2, T1 + T2 = F + 2 rho v^2; noise of the cell 0.05 N."""
-    drive, rng = cd.load_drive("dissertation-3"), np.random.default_rng(8)
+    drive, rng = cd.load_drive("dissertation-3").listed, np.random.default_rng(8)
     time = np.arange(20_000) / 1000.0
     swing, omega = 0.3, 2 * np.pi * 3.0
     angle = swing * np.sin(omega * time)
@@ -630,7 +636,9 @@ def test_the_load_cell_parts_the_combined_tension_by_the_turning_of_its_pulley(m
 def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
     time = np.arange(5000) / 1000.0
     force = 13.0 + 0.05 * np.random.default_rng(1).normal(size=time.size)
-    found = tensions_from_load_cell(log_of(time, {"force": force}, {}), cd.load_drive("dissertation-1"))
+    found = tensions_from_load_cell(
+        log_of(time, {"force": force}, {}), cd.load_drive("dissertation-1").listed
+    )
     assert found.mean_upper[0] == pytest.approx(6.5, abs=0.01)
     assert found.mean_upper[0] == found.mean_lower[0]
     assert "no angle" in found.findings[0]
@@ -650,7 +658,7 @@ def ring(tension, seed):
 
 
 def test_two_belts_are_compared_with_an_interval():
-    drive = cd.load_drive("corexy")
+    drive = cd.load_drive("corexy").listed
     found = {
         span: tension_from_ping(log_of(time, {"sound": sound}, {}), drive, span=span).spans[span]
         for span, (time, sound) in ((BELT_A, ring(30.0, 0)), (BELT_B, ring(26.0, 1)))
@@ -675,7 +683,7 @@ def test_the_command_names_spans_and_refuses_in_one_line(tmp_path):
     assert "no span of" in refusal("identify", files[0], "--ping", "corexy", "--span", "motor a to nowhere")
     assert "name the span" in refusal("identify", files[0], "--ping", "corexy")
     assert "one --span for each" in refusal("identify", files[0], *asked)
-    belt = cd.load_drive("printer-belt")
+    belt = cd.load_drive("printer-belt").listed
     layout = replace(belt.layout, span_length=None, pulley_distance=LENGTH)
     cd.save_drive(replace(belt, carriage=(), layout=layout), tmp_path / "loop.toml")
     asked = ["--ping", tmp_path / "loop.toml", "--span", "upper", "--span", "lower"]
@@ -696,7 +704,7 @@ def tones(*rows, seconds=2.0, rate=16_000.0, floor=0.0):
 @pytest.mark.parametrize("hertz", [120.0, 180.0, 250.0, 330.0])
 def test_one_tone_on_a_silent_floor_is_a_knock(hertz):
     with pytest.raises(NotComputed, match=r"no string|no tone"):
-        tension_from_ping(tones((hertz, 1.0, 25.0)), cd.load_drive("dissertation-3"), span="upper")
+        tension_from_ping(tones((hertz, 1.0, 25.0)), cd.load_drive("dissertation-3").listed, span="upper")
 
 
 def test_a_common_divisor_of_the_partials_is_that_of_their_numbers():
@@ -716,7 +724,7 @@ def test_a_common_divisor_of_the_partials_is_that_of_their_numbers():
 
 def test_partials_2_4_and_6_are_no_octave_below_in_silence():
     """Two planes of a string, whose pairs beat: a weak tone between makes a lower family look complete."""
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     first = string_of(drive, "upper").modes[0]
     rows = [(n * first * k, 1.0 / n, 3.0) for n in (1, 2, 3) for k in (1.0, 1.004)]
     found = tension_from_ping(tones(*rows, floor=1e-3), drive, span="upper").spans["upper"]
@@ -724,7 +732,7 @@ def test_partials_2_4_and_6_are_no_octave_below_in_silence():
 
 
 def test_a_tension_far_from_that_of_the_file_is_noted():
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     rows = [(n * string_of(drive, "upper").modes[0] * 2.5**0.5, 1.0 / n, 3.0) for n in (1, 2, 3, 4)]
     found = tension_from_ping(tones(*rows, floor=1e-3), drive, span="upper")
     assert found.spans["upper"].findings == ()

@@ -57,7 +57,7 @@ def test_a_divided_cable_rests_in_balance(seed):
     """
     drive = hanging_drive(np.random.default_rng(seed), heaviest=2.0, most=3, deepest=np.inf)
     drive = replace(drive, pulley=tuple(replace(own, radius=1e-5) for own in drive.pulley))
-    mesh, law = mesh_of(drive, 40), cable_law(drive.cable, list(LAWS)[seed % 4])
+    mesh, law = mesh_of(drive.machine, 40), cable_law(drive.cable, list(LAWS)[seed % 4])
     left = cable_forces(mesh, law, hung(drive, mesh, law).x)
     weight, on_q = weighed(drive, mesh)
     ends = np.stack([left[:, own] for own in mesh.nodes]).transpose(0, 2, 1)  # (pieces, 2, 3)
@@ -134,7 +134,7 @@ def test_sag_converges_to_the_catenary_with_order_two(pretension, measured):
     drive = replace(drive, pulley=tuple(replace(own, radius=1e-12, fixed=True) for own in drive.pulley))
     expected, _ = catenary_sag(drive)
     n = np.array([20, 40, 80])
-    at_rest = [hung(drive, mesh_of(drive, int(k)), cable_law(drive.cable)) for k in n]
+    at_rest = [hung(drive, mesh_of(drive.machine, int(k)), cable_law(drive.cable)) for k in n]
     error = [abs(np.max(np.abs(one.x[2])) - expected) for one in at_rest]
     order = -np.polyfit(np.log(n), np.log(error), 1)[0]
     measured(f"order {order:.3f}")
@@ -176,7 +176,7 @@ def test_carriages_sit_on_nodes_and_mass_is_conserved(upper, lower, segments):
     on = [(p, "upper") for p in upper] + [(p, "lower") for p in lower]
     carriages = tuple(Carriage(mass=1e-3 * (k + 1), position=p, span=s) for k, (p, s) in enumerate(on))
     drive = replace(LEVEL, carriage=carriages)
-    mesh = mesh_of(drive, segments)
+    mesh = mesh_of(drive.machine, segments)
     stretch = 1.0 + drive.cable.prestrain
     for carriage, node in zip(carriages, mesh.carriages, strict=True):
         span = mesh.pieces.index(carriage.span)
@@ -192,7 +192,10 @@ def test_carriages_sit_on_nodes_and_mass_is_conserved(upper, lower, segments):
 def test_gravity_has_the_printed_signs_and_follows_the_slope():
     """(2.26), (2.27): -g on w1, +g on w2; on a slope the rest goes along u, downhill in both spans."""
     small = replace(DRIVE, pulley=tuple(replace(own, radius=1e-5) for own in DRIVE.pulley))
-    mesh, sloped = mesh_of(small, 10), replace(small, layout=replace(DRIVE.layout, inclination=pi / 6))
+    mesh, sloped = (
+        mesh_of(small.machine, 10),
+        replace(small, layout=replace(DRIVE.layout, inclination=pi / 6)),
+    )
     (level_u, level_w), _ = weighed(small, mesh)
     assert (level_w[1:10] < 0.0).all()
     assert (level_w[12:21] > 0.0).all()
@@ -209,7 +212,7 @@ def test_gravity_has_the_printed_signs_and_follows_the_slope():
 def test_forces_are_minus_the_derivative_of_the_energy(name, kind):
     """Complex step through every nodal displacement of a small chain."""
     drive = replace(DRIVE, kind=kind)
-    mesh, law = mesh_of(drive, 4), cable_law(drive.cable, name)
+    mesh, law = mesh_of(drive.machine, 4), cable_law(drive.cable, name)
     displacement = 1e-3 * np.random.default_rng(2).standard_normal((3, mesh.size))
     force = cable_forces(mesh, law, displacement)
     for axis in range(3):
@@ -231,7 +234,7 @@ def test_forces_are_minus_the_derivative_of_the_energy(name, kind):
 )
 def test_a_useless_division_is_refused(segments, words):
     with pytest.raises(InputRefused, match=words):
-        mesh_of(DRIVE, segments)
+        mesh_of(DRIVE.machine, segments)
 
 
 @pytest.mark.parametrize("name", ["elevator", "camera-line", "dissertation-2"])

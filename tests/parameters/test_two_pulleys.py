@@ -64,7 +64,9 @@ WAYS = [
 
 def uneven():
     """A loop on a slope with two carriages and pulleys of two sizes."""
-    drive = cd.load_drive("dissertation-2", overrides=["cable.pretension=40 N", "layout.inclination=20 deg"]).listed
+    drive = cd.load_drive(
+        "dissertation-2", overrides=["cable.pretension=40 N", "layout.inclination=20 deg"]
+    ).listed
     load = replace(drive.load_pulley, radius=0.7 * drive.load_pulley.radius)
     carriages = (
         Carriage(mass=0.05, position=0.3),

@@ -60,7 +60,7 @@ def test_coupling_equals_the_closed_formula_of_the_uniform_tension_model(number)
 @pytest.mark.parametrize("name", ["dissertation-transporter", "linear-axis", "ropeway", "camera-line"])
 def test_integrals_over_waves_equal_quadrature(name):
     """Eqs. (A.6)-(A.8) on drives whose waves are cut by carriages."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     mode = pulley_mode(drive)
     along = mode.mode.slope_waves(mode.shape)
     for chain in transverse_chains(drive):
@@ -91,7 +91,7 @@ def slope_on(pieces, span, s):
 @pytest.mark.parametrize("name", ["dissertation-2", "dissertation-transporter", "linear-axis"])
 @pytest.mark.parametrize("planes", [1, 2])
 def test_another_pretension_by_scaling_equals_the_model_made_there(name, planes):
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     numbers = [mode.number for mode in autoparametric_model(drive).modes]
     model = autoparametric_model(drive, number=numbers[0], planes=planes)
     other = replace(drive, cable=replace(drive.cable, pretension=1.7 * drive.cable.pretension))
@@ -193,7 +193,7 @@ def test_coulomb_friction_at_the_load_asks_for_180_times_its_torque():
 def test_a_held_motor_takes_its_share_of_the_strain_and_damps_nothing():
     """Two rims on a light cable, the motor's rim on a spring: c = phi C phi / phi M phi of two masses."""
     held = ["motor.inertia=0.001", "motor.holding_stiffness=30", "cable.axial_damping=0.4"]
-    drive = cd.load_drive("dissertation-2", overrides=[*held, "cable.mass_per_length=1e-9"])
+    drive = cd.load_drive("dissertation-2", overrides=[*held, "cable.mass_per_length=1e-9"]).listed
     drive = replace(drive, layout=replace(drive.layout, gravity=0.0))
     (first, second), stiff = drive.pulley, 2.0 * drive.cable.axial_rigidity / drive.span_length
     mass = np.diag([(first.inertia + 0.001) / first.radius**2, second.inertia / second.radius**2])

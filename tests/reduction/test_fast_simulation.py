@@ -19,9 +19,11 @@ from command import refused
 from network_samples import route
 from resonance_samples import TUNED, envelope
 
-DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
+DRIVE = cd.load_drive(
+    "dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"]
+).listed
 LOSSES = ["cable.transverse_damping=2", "pulley.1.viscous_friction=2e-5", "motor.coulomb_friction=0"]
-JOINTED = cd.load_drive("dissertation-3", overrides=LOSSES)
+JOINTED = cd.load_drive("dissertation-3", overrides=LOSSES).listed
 SEGMENTS = 400  # the corners of a triangle want a fine chain as referee
 TORQUE = Sine(amplitude=0.02, frequency=81.6)
 
@@ -84,7 +86,7 @@ def test_energy_budget_closes_with_order_two(drive, measured):
     assert order == pytest.approx(2.0, abs=0.2), f"errors {errors}"
 
 
-FORCED = cd.load_drive("dissertation-2", overrides=["cable.transverse_damping=2"])
+FORCED = cd.load_drive("dissertation-2", overrides=["cable.transverse_damping=2"]).listed
 SCHEME = FastScheme(sines=3, step=2e-4)
 COMMON = {"torque_frequency": 81.6, "pluck_upper": 1e-3, "pluck_lower": -5e-4}
 
@@ -103,7 +105,7 @@ def test_members_are_single_runs(measured):
                 cd.load_drive(
                     "dissertation-2",
                     overrides=["cable.transverse_damping=2", f"cable.pretension={pretension}"],
-                ),
+                ).listed,
                 0.1,
                 torque=Sine(amplitude=amplitude, frequency=81.6),
                 start=Start(plucks=plucks),
@@ -146,7 +148,7 @@ def test_a_plucked_span_is_as_much_tauter_as_its_sine_is_longer():
 
 # --- What the reduced models refuse, and runs that they end: each row a call, and what is named
 SENSORS = ("sensors.sample_rate=5000", "sensors.motor_encoder=4000", "sensors.load_encoder=4000")
-RIG = cd.load_drive("dissertation-3")
+RIG = cd.load_drive("dissertation-3").listed
 HELD = replace(RIG, motor=replace(RIG.motor, holding_stiffness=25.0))
 
 
@@ -155,7 +157,7 @@ def over(axes):
 
 
 def without_fit(*overrides):
-    return lambda: uniform_tension_model(cd.load_drive("dissertation-2", overrides=overrides))
+    return lambda: uniform_tension_model(cd.load_drive("dissertation-2", overrides=overrides).listed)
 
 
 ROWS = [
@@ -172,8 +174,8 @@ ROWS = [
     (without_fit("kind=line"), ["loop"]),
     (lambda: integrate_chain(lumped_model(HELD), np.zeros(5), 1e-3), ["holding stiffness = 25 N m/rad"]),
     (lambda: direction(2, "mass"), ["mass", "inertia"]),
-    (lambda: lumped_model(cd.load_drive("dissertation-2"), 4), ["model", "4"]),
-    (lambda: lumped_model(cd.load_drive("dissertation-transporter"), 3), ["model", "carriages", "1"]),
+    (lambda: lumped_model(cd.load_drive("dissertation-2").listed, 4), ["model", "4"]),
+    (lambda: lumped_model(cd.load_drive("dissertation-transporter").listed, 3), ["model", "carriages", "1"]),
     (lambda: lumped_model(RIG, 5), ["model", "5"]),
     (lambda: as_axis(route("finger")), ["springs or ropes hold"]),
     (lambda: as_axis(route("serpentine")), ["0 given"]),

@@ -18,7 +18,7 @@ from cabledrive.rig import Motion, RigOptions
 from command import refused
 from network_samples import as_route, printer_belt, route, without_gravity
 
-DRIVE = cd.load_drive("dissertation-3")
+DRIVE = cd.load_drive("dissertation-3").listed
 J11, J12, J2, B1 = 0.0011, 0.000642, 0.00235, 0.0031
 K_M, B_M, KK, BB = 135.0, 0.075, 2 * 850 * 0.04**2, 2 * 0.18 * 0.04
 OMEGA = 2 * np.pi * np.geomspace(0.3, 400.0, 60)
@@ -153,7 +153,7 @@ def test_the_printer_is_a_chain_of_two_inertias_up_to_twice_its_mode(measured):
 @pytest.mark.parametrize("share", [0.0353, 0.382, 0.9, 1.2, 2.0])
 def test_an_axis_whose_rigid_motion_a_rope_askew_makes_a_slow_mode_is_refused(share):
     """A pulley of another radius at the front of a corexy: its belt runs askew; `check` had a defect."""
-    machine = varied_together(cd.load_drive("corexy"), {"pulley.front right a.radius": 6e-3 * share})
+    machine = varied_together(cd.load_drive("corexy").listed, {"pulley.front right a.radius": 6e-3 * share})
     refused(lambda: network_chains(machine), "askew")
 
 
@@ -174,7 +174,7 @@ def test_what_a_head_off_the_middle_moves_across_is_that_of_finite_elements(meas
     free = {"holding_stiffness": None}
     rigid = ("body.head.coulomb_friction=0", "body.beam.coulomb_friction=0")
     for place in ("0.17", "0.06"):
-        drive = cd.load_drive("corexy", overrides=[f"head.x={place}", *rigid])
+        drive = cd.load_drive("corexy", overrides=[f"head.x={place}", *rigid]).listed
         drive = replace(drive, motor=tuple(replace(motor, **free) for motor in drive.motor))
         motion, true = Motion(angle=30.0, rise=0.04, dwell=0.01), RigOptions(ideal_sensors=True)
         run = cd.track(drive, axis="head.x", bandwidth=20.0, motion=motion, options=true)
@@ -203,7 +203,7 @@ def test_what_is_no_chain_is_refused_with_the_reason(name, reason):
 
 def test_a_loop_as_a_route_reduces_to_its_own_model():
     """The chain has the certified frequencies; its numbers are those of Model 4 but for the cable's mass."""
-    drive = without_gravity(cd.load_drive("dissertation-3"))
+    drive = without_gravity(cd.load_drive("dissertation-3").listed)
     machine = as_route(drive)
     (chain,) = network_chains(machine)
     assert chain.refusal is None
@@ -223,7 +223,7 @@ def test_a_loop_as_a_route_reduces_to_its_own_model():
 
 def test_what_an_axis_has_no_spans_for_is_answered_by_its_machine():
     """Modes, resonance and machine with routes of the chain of an axis are those of its machine."""
-    drive = cd.load_drive("printer-idlers")
+    drive = cd.load_drive("printer-idlers").listed
     axis = as_axis(drive)
     assert axis.machine is drive
     assert cd.modes(axis, count=2).modes[0].frequency == cd.modes(drive, count=2).modes[0].frequency
@@ -248,7 +248,7 @@ def test_the_lumped_model_of_an_axis_is_its_chain():
 @pytest.mark.parametrize("motor", ["held", "free"])
 def test_small_motions_have_the_certified_frequencies(motor):
     """Two springs that hold it, and their tension about rest, against the exact modes of the network."""
-    camera = cd.load_drive("camera-winches")
+    camera = cd.load_drive("camera-winches").listed
     machine = winched_machine(camera)
     n, h = machine.numbers, 1e-5
 

@@ -33,7 +33,7 @@ TUNED = cd.load_drive(
         "cable.transverse_damping=2",
         "pulley.1.viscous_friction=2e-5",
     ],
-)
+).listed
 SAMPLE, TORQUE, INPUTS = 0.2, 0.3, np.array([0.7, -0.4])
 FORCES = np.array([[1.0, 0.3], [-0.6, 2.0]])  # modal, of each input
 PLUCKS = np.array([0.5, -0.3, 0.2, 0.1])
@@ -313,7 +313,7 @@ def test_sag_raises_the_first_symmetric_mode_in_the_plane_as_irvine_says(scale, 
 @pytest.mark.kernel
 def test_friction_above_the_torque_holds_the_rims():
     """Below its Coulomb friction neither pulley turns, and the modes keep still."""
-    drive = cd.load_drive("dissertation-2")
+    drive = cd.load_drive("dissertation-2").listed
     drive = replace(drive, pulley=tuple(replace(p, coulomb_friction=0.02) for p in drive.pulley))
     (model, _), torque = made(drive, 1), np.full((400, 1), 0.01)
     moved = [
@@ -328,7 +328,7 @@ def test_friction_above_the_torque_holds_the_rims():
 def test_a_free_mode_across_dies_out_at_its_rate_down_to_the_floor():
     """exp(-c t/2) of the amplitude is left; a mode that has died out is kept at the floor."""
     settings = ["cable.transverse_damping=8", "layout.gravity=0"]
-    model, _ = made(cd.load_drive("dissertation-3", overrides=settings), 2)
+    model, _ = made(cd.load_drive("dissertation-3", overrides=settings).listed, 2)
     numbers, steps, h = numbers_of(model, 1e-5), 1500, 1e-5
     left = np.exp(-0.5 * model.loss * steps * h)
     for floor, expected in ((0.0, 1e-9 * left), (0.99e-9, np.full(left.shape, 0.99e-9))):
@@ -343,7 +343,7 @@ def test_a_free_mode_across_dies_out_at_its_rate_down_to_the_floor():
 
 
 # --- Limits and sizes that models of the loop state: slack, a span outside a mode, length of the cable
-DRIVE = cd.load_drive("dissertation-2")
+DRIVE = cd.load_drive("dissertation-2").listed
 
 
 def test_the_stated_limit_of_the_load_torque_is_where_a_span_goes_slack():

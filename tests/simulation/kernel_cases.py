@@ -18,8 +18,8 @@ from cabledrive.simulation.plan import copy_state, new_state, new_workspace
 from cabledrive.simulation.start import Scheme
 
 SEGMENTS, STEPS, EVERY = 7, 36, 6
-LOOP = load_drive("dissertation-2")
-MOTORED = load_drive("dissertation-3")
+LOOP = load_drive("dissertation-2").listed
+MOTORED = load_drive("dissertation-3").listed
 CARRIAGES = (
     Carriage(mass=2e-3, position=0.31),
     Carriage(mass=1e-3, position=0.62, guided=False),
@@ -71,7 +71,7 @@ def setting(case):
     slack, steep, bent = (options.pop(name, False) for name in ("slack", "steep", "bent"))
     damping = {name: options.get(name, 0.0) for name in ("transverse_damping", "axial_damping")}
     drive = replace(drive, cable=replace(drive.cable, **damping))
-    mesh, law = mesh_of(drive, SEGMENTS), cable_law(drive.cable, model, tension_only=slack)
+    mesh, law = mesh_of(drive.machine, SEGMENTS), cable_law(drive.cable, model, tension_only=slack)
     rest, shortest = hung(drive, mesh, law), mesh.spacing[mesh.spacing > 0.0].min()
     step = 0.8 * shortest / drive.cable.axial_wave_speed
     smooth = {"friction": "smoothed", "smoothing_speed": 0.1} if "smoothing_speed" in options else {}

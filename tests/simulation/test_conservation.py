@@ -25,8 +25,8 @@ from cabledrive.simulation.channels import width_of
 from cabledrive.simulation.methods import integrate_steps
 from cabledrive.simulation.plan import new_workspace
 
-LOOP = load_drive("dissertation-2")
-MOTORED = load_drive("dissertation-3")
+LOOP = load_drive("dissertation-2").listed
+MOTORED = load_drive("dissertation-3").listed
 WEIGHTLESS = replace(LOOP, layout=replace(LOOP.layout, gravity=0.0))
 FORCED = Sine(amplitude=0.02, frequency=81.74)
 HALF_SINE = Pluck(height=1e-3, shape="half-sine")
@@ -280,7 +280,7 @@ def test_a_motion_turned_round_goes_back_to_where_it_came_from(measured):
     """The scheme is symmetric in time, its stored energy included."""
     start = Start(plucks=(Pluck(height=2e-2, shape="half-sine"), Pluck(height=1e-2, plane="v")))
     scheme = Scheme(method="energy-conserving", segments=20)
-    case = case_of(LOOP, 0.01, start=start, scheme=scheme, recording=Recording(rate=1e5))
+    case = case_of(LOOP.machine, 0.01, start=start, scheme=scheme, recording=Recording(rate=1e5))
     steps, every = case.grid.steps, case.grid.every
     state, work = case.first_state(), new_workspace(case.plan)
     stored = state.extra[0]

@@ -14,9 +14,11 @@ DURATION = 1e-3  # s; longitudinal waves cross a span one and a half times
 SEGMENTS, REFERENCE = np.array([128, 256, 512]), 4096
 COARSER = {"both dampings": 4, "energy-conserving, exact": 2, "energy-conserving, weak-consistent": 2}
 """Smooth enough with fewer segments, and costly: a linear system or an iteration per step."""
-LOOP = load_drive("dissertation-2")
-MOTORED = load_drive("dissertation-3")
-PLUCKED = load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
+LOOP = load_drive("dissertation-2").listed
+MOTORED = load_drive("dissertation-3").listed
+PLUCKED = load_drive(
+    "dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"]
+).listed
 DAMPED = replace(LOOP, cable=replace(LOOP.cable, transverse_damping=50.0, axial_damping=0.05))
 CARRIED = replace(
     LOOP,

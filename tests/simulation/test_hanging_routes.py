@@ -64,7 +64,7 @@ def test_a_hanging_cabin_rings_at_the_modes_about_its_catenary(irvine, measured)
 @pytest.mark.parametrize("wrap", [None, 1.2])
 def test_a_loop_slips_on_its_pulleys_as_the_route_that_it_is(wrap, measured):
     """A drive pulley that swings a heavy load: both wraps slide, by the angle of wrap that the file gives."""
-    drive = cd.load_drive("dissertation-2")
+    drive = cd.load_drive("dissertation-2").listed
     near, far = (replace(own, capstan_friction=0.05, wrap_angle=wrap) for own in drive.pulley)
     drive = replace(drive, pulley=(near, replace(far, inertia=2e-3)))
     machine = as_routes(drive)
@@ -107,7 +107,7 @@ def test_a_loop_or_a_line_moves_as_the_route_that_it_is(kind, cabin, far, irvine
 @pytest.mark.parametrize("name", ["camera-line", "ropeway", "elevator", "dissertation-2"])
 def test_a_straight_cable_begins_at_angle_zero_and_falls_towards_its_rest(name, measured):
     """No sag, one tension; what it stores above rest is what its weight has let go when it hangs."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     scheme, recording = Scheme(segments=20, slack="record"), Recording(rate=1000.0)
     begun = cd.simulate(drive, 1e-3, scheme=scheme, recording=recording)
     hung = Start(from_equilibrium=True, hold="drive")
@@ -190,7 +190,7 @@ def test_a_rope_between_anchors_hangs_as_the_catenary_formula_says():
 def test_a_machine_under_gravity_stays_where_it_hangs(name, model):
     """Thousands of steps from rest move nothing beyond round-off, whatever the cable law."""
     hung = cableway(120.0, kind="loop", slope=20.0, fixed=(True, False))
-    drive = as_routes(hung) if name == "cableway" else cd.load_drive(name)
+    drive = as_routes(hung) if name == "cableway" else cd.load_drive(name).listed
     run = cd.simulate(drive, 1.0, scheme=Scheme(segments=20, model=model), recording=Recording(rate=50.0))
     moved = max(np.abs(list(run.extremes.values())).max(), max(run.midpoint_peaks.values()))
     assert run.steps > 100

@@ -36,7 +36,7 @@ SHORT = {"segments": 4, "rate": 10_000.0, "duration": 0.004, "frequency": 200.0}
 )
 def test_a_loop_as_a_route_moves_as_the_loop(model, damping, asked, measured):
     """Clockwise round both pulleys: angles have the other sign. Friction, joint and all dampings at work."""
-    drive = without_gravity(cd.load_drive("dissertation-3"))
+    drive = without_gravity(cd.load_drive("dissertation-3").listed)
     drive = replace(drive, cable=replace(drive.cable, axial_damping=damping))
     assert drive.motor.offset_torque != 0.0
     common = {"scheme": Scheme(segments=asked["segments"], model=model)}
@@ -74,7 +74,7 @@ def test_a_loop_as_a_route_moves_as_the_loop(model, damping, asked, measured):
 
 def test_a_loop_as_a_route_is_pushed_kicked_smoothed_and_estimated_as_the_loop(measured):
     """A sine on a hanging carriage along and across, a kick of the other span, friction by tanh."""
-    drive = without_gravity(cd.load_drive("dissertation-3"))
+    drive = without_gravity(cd.load_drive("dissertation-3").listed)
     drive = replace(
         drive,
         carriage=(cd.Carriage(mass=2e-3, position=0.5 * drive.span_length, guided=False),),
@@ -108,7 +108,7 @@ def test_a_loop_as_a_route_is_pushed_kicked_smoothed_and_estimated_as_the_loop(m
     ("drive", "torque", "steps", "names"),
     [
         (PRINTER, 200.0, 240, [*(one.name for one in PRINTER.pulley if one.inertia > 0.0), "coulomb_loss"]),
-        (cd.load_drive("dissertation-2"), 1000.0, 1200, ["load_angle", "drive_angle", "balance"]),
+        (cd.load_drive("dissertation-2").listed, 1000.0, 1200, ["load_angle", "drive_angle", "balance"]),
     ],
     ids=["route", "loop in one pass"],
 )
@@ -193,7 +193,7 @@ def test_energy_of_every_machine_is_conserved_to_round_off(name):
     """Ropes of several tensions and in parallel, bodies that turn, dampers; Stoermer-Verlet's motion."""
     given = {"torque": 0.02, "recording": Recording(rate=2e3)}
     found, verlet = (
-        cd.simulate(cd.load_drive(name), 0.02, scheme=Scheme(segments=12, method=method), **given)
+        cd.simulate(cd.load_drive(name).listed, 0.02, scheme=Scheme(segments=12, method=method), **given)
         for method in ("energy-conserving", "verlet")
     )
     assert found.energy_budget_error < 1e-13
@@ -205,7 +205,7 @@ def test_energy_of_every_machine_is_conserved_to_round_off(name):
 def test_damped_ropes_of_a_machine_with_routes_go_slack_as_those_of_a_loop():
     drive = cd.load_drive(
         "dissertation-2", overrides=["cable.axial_damping=0.1", "layout.gravity=0", "cable.pretension=1"]
-    )
+    ).listed
     given = {"scheme": Scheme(segments=12, slack="tension-only"), "recording": Recording(rate=2e3)}
     loop, route = (
         cd.simulate(own, 0.05, torque=torque, **given)
@@ -328,7 +328,9 @@ def test_a_pulley_that_turns_under_its_rope_gains_speed_by_eytelweins_ratio(damp
     path.write_text('schema = 1\nname = "loop"\nkind = "loop"' + SLIDING.format(damping=damping))
     most = 2.0 * 50.0 * np.tanh(0.5 * 0.1 * np.pi) * 0.02
     scheme, recording = Scheme(segments=segments, slack="record"), Recording(rate=2000.0)
-    found = cd.simulate(cd.load_drive(path), 0.03, torque=1.05 * most, scheme=scheme, recording=recording)
+    found = cd.simulate(
+        cd.load_drive(path).listed, 0.03, torque=1.05 * most, scheme=scheme, recording=recording
+    )
     upper, lower = (found.channel(f"mean tension, {span}")[-1] for span in ("upper", "lower"))
     assert max(upper / lower, lower / upper) == pytest.approx(np.exp(0.1 * np.pi), rel=1e-9)
     late = found.time > 0.02
@@ -384,7 +386,7 @@ def test_equations_at_the_nodes_of_a_machine_with_routes_tend_to_the_chain_with_
     order = np.log2(apart[0] / apart[2]) / 2.0
     measured(f"order {order:.2f}, {apart[2]:.1e} m apart")
     assert order == pytest.approx(2.0, abs=0.05)
-    winches = cd.load_drive("elevator")
+    winches = cd.load_drive("elevator").listed
     refused(lambda: cd.simulate(winches, 1e-3, scheme=Scheme(method="node-centred")), "carriages")
 
 

@@ -28,7 +28,7 @@ from command import python
 from network_samples import route
 from oracles.readable_chain.verlet import integrate_reference
 
-DRIVE = cd.load_drive("dissertation-2")
+DRIVE = cd.load_drive("dissertation-2").listed
 RUN = {
     "torque": Sine(amplitude=0.02, frequency=81.6),
     "start": Start(plucks=(Pluck(height=1e-3, shape="half-sine"),)),
@@ -114,7 +114,7 @@ def test_a_law_of_ones_own_moves_a_machine_with_routes_whose_ropes_are_alike(mea
     assert ours.interpreted is None
     assert apart < 1e-10 * np.abs(theirs.channel("motor")).max()
     with pytest.raises(cd.InputRefused, match="ropes of one kind and tension"):
-        cd.simulate(cd.load_drive("camera-winches"), 1e-3, model=OwnExact)
+        cd.simulate(cd.load_drive("camera-winches").listed, 1e-3, model=OwnExact)
 
 
 @pytest.mark.kernel
@@ -122,7 +122,9 @@ def test_the_compiled_steps_under_a_law_equal_the_readable_ones():
     """Forty steps, with damping, friction and forces; up to the first segment that is slack."""
     drive = replace(DRIVE, carriage=(cd.Carriage(mass=2e-3, position=0.3, guided=False),))
     push = CarriageForce(signal=Sine(amplitude=0.01, frequency=50.0))
-    case = case_of(drive, 0.01, **{**RUN, "scheme": Scheme(model=OwnExact, segments=12)}, forces=[push])
+    case = case_of(
+        drive.machine, 0.01, **{**RUN, "scheme": Scheme(model=OwnExact, segments=12)}, forces=[push]
+    )
     ours, theirs, slack = (case.first_state() for _ in range(3))
     torque, forces = case.inputs(0, 40)
     compiled = compiled_law(case.plan, case.laws[0])
@@ -156,7 +158,7 @@ def by_python(numbers, x, inverse_spacing, p):
 @pytest.mark.parametrize("method", NAMES)
 @pytest.mark.parametrize("number", [-1, 4])
 def test_kernels_refuse_a_law_that_they_do_not_know(method, number):
-    case = case_of(DRIVE, 0.001, scheme=Scheme(segments=12))
+    case = case_of(DRIVE.machine, 0.001, scheme=Scheme(segments=12))
     plan, state = case.plan._replace(law=number), case.first_state()
     inputs, records = (
         (np.zeros((1, 1)), np.zeros((1, 0))),
@@ -168,7 +170,7 @@ def test_kernels_refuse_a_law_that_they_do_not_know(method, number):
 
 def test_the_step_is_chosen_for_the_stiffest_part_of_the_law():
     """Twice as stiff where it shortens: half the square of the stable step, though Hooke's elsewhere."""
-    mesh = mesh_of(DRIVE, 20)
+    mesh = mesh_of(DRIVE.machine, 20)
     hooke, own = (
         cable_law(DRIVE.cable, "exact"),
         cable_law(DRIVE.cable, partial(Duffing, cubic=0.0, softer=2.0)),
@@ -204,7 +206,7 @@ def test_an_edited_formula_is_another_run():
                     self.pretension * w_x,
                 )
 
-        return case_of(DRIVE, 0.001, scheme=Scheme(model=Law, segments=12)).fingerprint["law"]
+        return case_of(DRIVE.machine, 0.001, scheme=Scheme(model=Law, segments=12)).fingerprint["law"]
 
     assert named(1.0) == named(1.0)
     assert named(1.0) != named(1.001)
@@ -253,7 +255,7 @@ class WithOnes(cd.CableLaw):
 
 
 def test_a_formula_with_numpys_own_makers_of_arrays_is_compiled():
-    case = case_of(DRIVE, 0.01, **RUN | {"scheme": Scheme(segments=12, model=WithOnes)})
+    case = case_of(DRIVE.machine, 0.01, **RUN | {"scheme": Scheme(segments=12, model=WithOnes)})
     assert why_plain() or isinstance(compiled_law(case.plan, case.laws[0]), tuple)
 
 

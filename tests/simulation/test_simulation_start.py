@@ -39,15 +39,15 @@ from cabledrive.simulation.network.mesh import rest_of
 from cabledrive.simulation.signals import checked_signal, signal_of
 from cabledrive.simulation.start import at_start
 
-DRIVE, STIFF = load_drive("dissertation-2"), load_drive("dissertation-3")
+DRIVE, STIFF = load_drive("dissertation-2").listed, load_drive("dissertation-3").listed
 LENGTH = DRIVE.pulley_distance
 GUIDED = replace(DRIVE, carriage=(Carriage(mass=1e-3, position=0.25),))
-MOTORED = load_drive("dissertation-3")
+MOTORED = load_drive("dissertation-3").listed
 
 
 def displaced(*plucks, drive=DRIVE, segments=40, **start):
     drive = replace(drive, layout=replace(drive.layout, gravity=0.0))
-    mesh = mesh_of(drive, segments)
+    mesh = mesh_of(drive.machine, segments)
     law = cable_law(drive.cable)
     rest = rest_of(mesh, [law] * len(mesh.pieces), np.zeros(2))
     return mesh, at_start(mesh, [law], rest, Start(plucks=plucks, **start))[0]
@@ -81,7 +81,10 @@ def test_the_largest_step_is_stable_and_not_far_below_the_limit(
     motor = replace(MOTORED.motor, holding_stiffness=holding) if motored else None
     drive = replace(MOTORED if motored else DRIVE, motor=motor)
     carriages = tuple(Carriage(mass=m, position=p) for m, p in zip(masses, places, strict=False))
-    mesh, law = mesh_of(replace(drive, kind=kind, carriage=carriages), segments), cable_law(drive.cable)
+    mesh, law = (
+        mesh_of(replace(drive, kind=kind, carriage=carriages).machine, segments),
+        cable_law(drive.cable),
+    )
     springs, mass = chain_matrices(mesh, np.full(2, law.stiffness))
     highest = np.sqrt(eigh(springs, mass, eigvals_only=True)[-1])
     product = highest * largest_stable_step(mesh, [law] * len(mesh.pieces))

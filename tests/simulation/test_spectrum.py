@@ -15,12 +15,12 @@ from cabledrive.parameters.drive_file import load_drive
 from cabledrive.parameters.drive_parts import Carriage
 from cabledrive.simulation import Pluck, Recording, Scheme, Start, simulate
 
-LOOP = load_drive("dissertation-2")
+LOOP = load_drive("dissertation-2").listed
 WEIGHTLESS = replace(LOOP, layout=replace(LOOP.layout, gravity=0.0))
 CARRIED = replace(
     WEIGHTLESS, carriage=(Carriage(mass=5e-4, position=0.3), Carriage(mass=4e-4, position=0.4, span="lower"))
 )
-MOTORED = replace(load_drive("dissertation-3"), layout=WEIGHTLESS.layout)
+MOTORED = replace(load_drive("dissertation-3").listed, layout=WEIGHTLESS.layout)
 RUNNERS = {
     "loop": WEIGHTLESS,
     "line": replace(WEIGHTLESS, kind="line"),
@@ -51,7 +51,7 @@ def certified(drive, kind, count):
 
 def frequencies_of_the_scheme(drive, segments, step, kind):
     """What leapfrog makes of the chain's own frequencies: sin(w step / 2) = step sqrt(eigenvalue) / 2."""
-    mesh, law = mesh_of(drive, segments), cable_law(drive.cable)
+    mesh, law = mesh_of(drive.machine, segments), cable_law(drive.cable)
     stiffness = law.stiffness if kind == "longitudinal" else law.pretension
     springs, mass = chain_matrices(mesh, np.full(2, stiffness))
     if kind == "transverse":

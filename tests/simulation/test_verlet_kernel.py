@@ -212,7 +212,7 @@ def taut_setting(kind, *, planar, speed):
     """A start in motion; the faster the drive pulley turns, the sooner a span is slack."""
     drive, forces = DRIVES[kind]
     drive = replace(drive, cable=replace(drive.cable, transverse_damping=20.0, axial_damping=0.0))
-    mesh, law = mesh_of(drive, TAUT_SEGMENTS), cable_law(drive.cable)
+    mesh, law = mesh_of(drive.machine, TAUT_SEGMENTS), cable_law(drive.cable)
     step = 0.8 * mesh.spacing[mesh.spacing > 0.0].min() / drive.cable.axial_wave_speed
     rest = hung(drive, mesh, law)
     plan = network_plan(mesh, [law] * len(mesh.pieces), rest, (), step, Scheme(slack="record"), forces)

@@ -58,14 +58,14 @@ def test_a_measured_response_stands_over_the_computed_one(studio):
     (folder / "answer.json").write_text(json.dumps(lines))
     studio.desk.jobs._restore(folder / "job.json")
     found = studio.get("/studies/1/response?drive=dissertation-2").json()
-    drive = load_drive("dissertation-2")
+    drive = load_drive("dissertation-2").listed
     first, second = drive.drive_pulley, drive.load_pulley
     inertia = first.inertia + second.inertia * (first.radius / second.radius) ** 2
     omega = 2 * np.pi * np.array(hertz[1:])
     np.testing.assert_allclose(found["computed"], 1 / (inertia * omega**2), rtol=0.02)
     assert found["frequency_hz"] == hertz[1:]
     assert found["output"] == "motor angle"
-    carried, belt = load_drive("dissertation-transporter"), load_drive("printer-idlers")
+    carried, belt = load_drive("dissertation-transporter").listed, load_drive("printer-idlers").listed
     found = studio.get("/studies/1/response?drive=dissertation-transporter").json()
     inertia = rigid_mass(carried) * carried.drive_pulley.radius**2
     np.testing.assert_allclose(found["computed"], 1 / (inertia * omega**2), rtol=0.02)
@@ -81,7 +81,10 @@ def test_a_measured_response_stands_over_the_computed_one(studio):
 def test_the_spectrum_is_that_of_the_error_in_degrees(studio):
     """Of two tones the amplitudes; of a load at rest what an axis of powers of ten can show."""
     run = track(
-        load_drive("dissertation-3"), controller="pd", bandwidth=10.0, motion=Motion(dwell=1.0, rise=0.3)
+        load_drive("dissertation-3").listed,
+        controller="pd",
+        bandwidth=10.0,
+        motion=Motion(dwell=1.0, rise=0.3),
     )
     tone = np.radians(0.02 * np.sin(2 * np.pi * 40.0 * run.time))
     frequency, amplitude = spectrum(replace(run, error=tone))

@@ -72,11 +72,11 @@ class ExportSource:
 def read_source(
     source: Any, controller: str | OwnController | None = None, axis: str | None = None
 ) -> ExportSource:
-    """Read what is to be exported: Drive, its name or path, a study's folder or a controller.json.
+    """Read what is to be exported: machine or drive, its name or path, a study's folder or a controller.json.
 
     ``controller``, ``axis``: with a drive. Refused if it is none, or the law cannot be had for the drive.
     """
-    if isinstance(source, Machine):
+    if isinstance(source, Machine | Drive):
         return designed(as_axis(source, axis), controller)
     folder = Path(str(source)).is_dir()
     if (is_controller_path(str(source)) or folder) and not str(source).endswith(".toml"):
@@ -143,8 +143,8 @@ def _notes(law: ControllerFile) -> tuple[str, ...]:
 
 def read_machine(source: Any) -> Machine:
     """A machine, its name or file, or a study's identified one; else refused."""
-    if isinstance(source, Machine):
-        return source
+    if isinstance(source, Machine | Drive):
+        return source.machine
     place = Path(str(source))
     if place.is_dir() or place.name == FILE:
         beside = (place if place.is_dir() else place.parent) / DRIVE

@@ -49,12 +49,15 @@ LOUDER = 1.5
 """Ratio of the loudness of both families from which the louder one is that of the plucked span."""
 
 
-def tension_of_both(log: Log, drive: Machine, *, plucked: str | None = None, section: int = 0) -> PingTension:
+def tension_of_both(
+    log: Log, drive: Machine | Drive, *, plucked: str | None = None, section: int = 0
+) -> PingTension:
     """Tension of each span from one recording in which both sound; one alone where it does not separate two.
 
     ``plucked``: which span was plucked harder, for labels where both have the same modes; ``section``: part
     between guided carriages. Raises `NotComputed` if no tone is found, or two assignments fit alike.
     """
+    drive = drive.machine
     if drive.spans != SPANS:
         said = f"--span both is for the two spans of a loop, {drive.name} has {len(drive.spans)}"
         raise InputRefused(f"{said}: name each span that was plucked, a recording each")

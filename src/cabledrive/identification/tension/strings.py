@@ -22,6 +22,7 @@ from cabledrive.modal.spectrum import Spectrum
 from cabledrive.modal.tuning import section_frequencies
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.route import Machine
 
@@ -205,8 +206,9 @@ def tension_from_ping(log: Log, drive: Machine, *, span: str | None = None, sect
     return PingTension(spans=found, report=replace(log.report, findings=tuple(notes)))
 
 
-def string_of(machine: Machine, span: str, section: int = 0) -> PingedString:
+def string_of(drive: Machine | Drive, span: str, section: int = 0) -> PingedString:
     """A span, or its part between guided carriages, as its ping is read: across the plane of the machine."""
+    machine = drive.machine
     number = machine.spans.index(span)
     way = machine.free_spans[number]
     rope, speed = machine.ropes[way.route], machine.route[way.route].speed
