@@ -12,7 +12,7 @@ from cabledrive.rig import Motion, track
 from cabledrive.rig.laws.baselines import backstepping
 from cabledrive.rig.laws.controllers import DesignSpec
 
-drive, pulse = cd.load_drive("dissertation-3"), Motion(order=9)
+drive, pulse = cd.load_drive("dissertation-3").two_pulleys, Motion(order=9)
 peaks = {}
 for law in ("backstepping", "backstepping-6"):
     run = track(drive, controller=law, motion=pulse, gains="dissertation", seed=0)

@@ -10,7 +10,7 @@ import cabledrive as cd
 from cabledrive.parameters import Motor
 from cabledrive.rig import CarriageMove, move_carriage
 
-given = cd.load_drive("dissertation-transporter")
+given = cd.load_drive("dissertation-transporter").two_pulleys
 drive = replace(
     given,
     cable=replace(given.cable, pretension=10.0, axial_damping=5e-4 * given.cable.axial_rigidity),

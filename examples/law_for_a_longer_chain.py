@@ -27,7 +27,9 @@ chain = cd.LumpedChain(
     damping=(0.05, 0.043, 0.037, 0.03),  # N m s/rad
     ratios=((1.0, 1.0),) * 4,
 )
-drive = cd.load_drive("dissertation-3")  # motor, encoders and sampling; the chain stands for its mechanics
+drive = cd.load_drive(
+    "dissertation-3"
+).two_pulleys  # motor, encoders and sampling; the chain stands for its mechanics
 fitted = replace(drive.sensors, motor_encoder=40_000, drive_encoder=None, load_encoder=40_000)
 drive = replace(drive, sensors=fitted)
 motion, options = Motion(angle=45.0, rise=0.5, dwell=0.3, order=13), RigOptions(forbid_slack=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import cabledrive as cd
 
-lift = cd.load_drive("elevator")
+lift = cd.load_drive("elevator").two_pulleys
 
 
 def lowest_frequency(depth: float, car_mass: float) -> float:

@@ -10,8 +10,8 @@ from math import pi
 from pathlib import Path
 
 import cabledrive as cd
+from cabledrive.app.results import log_csv
 from cabledrive.rig.experiment import Excitation, experiment
-from cabledrive.rig.tracking import log_csv
 from cabledrive.studies.study import Goals, run_study
 
 machine = cd.load_drive("dissertation-3", overrides=["sensors.sample_rate=1 kHz"])

@@ -262,7 +262,8 @@ def test_modes_of_a_symmetric_loop_cross_whatever_the_values_are(points, measure
 
 def test_mass_weighted_shapes_of_one_drive_are_orthonormal():
     """Kinetic energy of two different modes does not mix; what is left is the width of the cells."""
-    shapes = mass_weighted_shapes(TRANSPORTER.machine, longitudinal_modes(TRANSPORTER, count=6, taut=True), 512)
+    found = longitudinal_modes(TRANSPORTER, count=6, taut=True)
+    shapes = mass_weighted_shapes(TRANSPORTER.machine, found, 512)
     assert np.abs(shapes.T @ shapes - np.eye(6)).max() < 1e-4
 
 

@@ -196,7 +196,7 @@ def scaled(sample, size, rng):
     holding = rest_state(drive).holding_torque
     small = 1e-6 * drive.cable.pretension * drive.drive_pulley.radius
     trial = PlannedMotion(time=sample.motion.time, torque=holding + small * unit)
-    prepared = prepare(drive, trial)
+    prepared = prepare(drive.machine, trial)
     rest = float(prepared.models[0].rest.min())
     lost = max(rest - prepared.response().tension, 1e-12 * rest)
     amplitude = min(size * rest / lost * small, 0.5 * rest * drive.drive_pulley.radius)

@@ -202,7 +202,7 @@ def test_a_law_a_format_and_a_command_enter_where_contributing_says(tmp_path, mo
     for word in ("def stiff_pd", "def open_numbers", "def command"):
         (code,) = (one for one in re.findall(r"^```python\n(.*?)^```", text, re.S | re.M) if word in one)
         exec(code, names)
-    run = cd.track(cd.load_drive("dissertation-3"), controller="stiff-pd", bandwidth=10.0)
+    run = cd.track(cd.load_drive("dissertation-3").listed, controller="stiff-pd", bandwidth=10.0)
     assert run.summary["peak_error_deg"] < 0.2
     rows = "".join(f"{k / 100} {sin(k / 9)} {k / 50}\n" for k in range(100))
     (tmp_path / "log.num").write_text(f"time[s] torque[N*m] angle[rad]\n{rows}")

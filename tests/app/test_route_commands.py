@@ -63,9 +63,9 @@ def test_a_torque_limit_that_slackens_an_axis_is_warned_of_at_the_closed_form_of
 
 def test_a_sample_rate_too_low_for_the_chain_of_an_axis_is_warned_of():
     """Ten samples a cycle of the first mode of the axis of the head of CoreXY."""
-    highest = max(as_axis(cd.load_drive("corexy").listed).axis.words["frequencies_hz"])
+    highest = max(as_axis(cd.load_drive("corexy")).axis.words["frequencies_hz"])
     for share in (9.9, 10.1):
-        drive = cd.load_drive("corexy", overrides=[f"sensors.sample_rate={share * highest} Hz"]).listed
+        drive = cd.load_drive("corexy", overrides=[f"sensors.sample_rate={share * highest} Hz"])
         assert any("sensors.sample_rate" in line for line in machine_warnings(drive)) == (share < 10.0)
 
 

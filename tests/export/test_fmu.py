@@ -173,7 +173,7 @@ DRIVES = {"loop": "dissertation-1", "network": "corexy"}
 
 @cache
 def cable_package(name, version):
-    block = cable_block(cd.load_drive(name).listed)
+    block = cable_block(cd.load_drive(name))
     files, notes = fmu_package(block, version)
     return next(iter(files.values())), notes, block.words["cable"]
 
@@ -250,7 +250,7 @@ def test_a_network_in_modes_responds_as_its_exact_waves(name, measured):
 @pytest.mark.parametrize("name, rubs", [("dissertation-3", True), ("dissertation-transporter", False)])
 def test_a_loop_that_the_fast_model_does_not_fit_is_written_as_linear_modes(name, rubs):
     """For its Coulomb friction, which is left out and said to be, or its carriage, which moves along."""
-    block = cable_block(cd.load_drive(name).listed)
+    block = cable_block(cd.load_drive(name))
     assert block.notes[0].startswith("linear modes of the network")
     assert [one.name for one in block.variables][:2] == ["drive_pulley_torque", "load_pulley_torque"]
     assert any("Coulomb friction is left out" in note for note in block.notes) is rubs
@@ -258,7 +258,7 @@ def test_a_loop_that_the_fast_model_does_not_fit_is_written_as_linear_modes(name
 
 
 def test_the_cable_of_a_machine_without_a_motor_is_turned_where_a_run_turns_it(measured):
-    drive, torque, samples = cd.load_drive("serpentine").listed, 0.5, 40
+    drive, torque, samples = cd.load_drive("serpentine"), 0.5, 40
     cable = modal_cable(replace(drive, sensors=cd.Sensors(sample_rate=20e3)))
     assert cable.inputs == (("crank_torque", "N.m"), ("arm.turn_torque", "N.m"))
     state, tensions = new_stretch_state(cable.numbers), np.zeros(len(cable.spans))
@@ -277,15 +277,13 @@ def test_the_cable_of_a_machine_without_a_motor_is_turned_where_a_run_turns_it(m
 
 def test_the_tension_of_a_hanging_span_is_called_the_least_at_rest():
     """Of 40 m of rope the mean is 22 N above it; the spans of the fast model have one tension."""
-    hanging, straight = (
-        cable_block(cd.load_drive(name).listed) for name in ("lift-2-to-1", "dissertation-1")
-    )
+    hanging, straight = (cable_block(cd.load_drive(name)) for name in ("lift-2-to-1", "dissertation-1"))
     words = [
         {one.about for one in block.variables if one.name.endswith("_tension")}
         for block in (hanging, straight)
     ]
     assert words == [{"least tension at rest, and how its mean changed"}, {"mean tension of the span"}]
-    at_rest = cd.simulate(cd.load_drive("lift-2-to-1").listed, 1e-3)
+    at_rest = cd.simulate(cd.load_drive("lift-2-to-1"), 1e-3)
     means = [
         at_rest.rows[0, k]
         for k, channel in enumerate(at_rest.channels)
@@ -297,9 +295,9 @@ def test_the_tension_of_a_hanging_span_is_called_the_least_at_rest():
 def test_a_loop_whose_fixed_pulley_nothing_drives_is_refused_by_what_is_missing():
     drive = cd.load_drive("dissertation-transporter").listed
     with pytest.raises(cd.InputRefused, match="no pulley turns by a torque"):
-        modal_cable(replace(drive, pulley=tuple(replace(one, fixed=True) for one in drive.pulley)))
+        modal_cable(replace(drive, pulley=tuple(replace(one, fixed=True) for one in drive.pulley)).machine)
     with pytest.raises(cd.InputRefused) as refused:
-        modal_cable(replace(drive, pulley=(replace(drive.pulley[0], fixed=True), drive.pulley[1])))
+        modal_cable(replace(drive, pulley=(replace(drive.pulley[0], fixed=True), drive.pulley[1])).machine)
     assert "motor" not in str(refused.value), f"observed {refused.value}"
 
 

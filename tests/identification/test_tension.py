@@ -26,7 +26,7 @@ from played_spans import SPANS, carrying, errors, held, played
 
 NOISE = 0.05
 BELT_A, BELT_B = "motor a to rear right a", "motor b to rear left b"
-LENGTH = next(span.length for span in cd.load_drive("corexy").listed.free_spans if span.name == BELT_A)
+LENGTH = next(span.length for span in cd.load_drive("corexy").free_spans if span.name == BELT_A)
 
 
 def with_tension(name, tension):
@@ -79,7 +79,7 @@ def by_the_string_formula(seed):
     rng = np.random.default_rng(seed)
     belt, decay, hum = seed % 3, (2.0, 6.0)[seed // 3 % 2], (0.0, 0.1)[seed // 6 % 2]
     if belt == 2:
-        drive, tension, length = cd.load_drive("corexy").listed, rng.uniform(15.0, 60.0), LENGTH
+        drive, tension, length = cd.load_drive("corexy"), rng.uniform(15.0, 60.0), LENGTH
         speed = np.sqrt(tension * (1.0 + tension / 19.4e3) / 8.3e-3)
     else:
         drive = cd.load_drive(
@@ -130,7 +130,7 @@ def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
 
 def test_an_accelerometer_hears_overtones_as_loud_as_the_first_partials(measured):
     """Twelve partials of a belt: 8 of 24 tensions were four or nine times too high, 2 refused as knocks."""
-    drive, time, errors = cd.load_drive("printer-idlers").listed, np.arange(24_000) / 24e3, []
+    drive, time, errors = cd.load_drive("printer-idlers"), np.arange(24_000) / 24e3, []
     for seed in range(24):
         rng = np.random.default_rng(seed)
         tension, length = 30.0 * rng.uniform(0.8, 1.25), drive.machine.free_spans[0].length
@@ -658,7 +658,7 @@ def ring(tension, seed):
 
 
 def test_two_belts_are_compared_with_an_interval():
-    drive = cd.load_drive("corexy").listed
+    drive = cd.load_drive("corexy")
     found = {
         span: tension_from_ping(log_of(time, {"sound": sound}, {}), drive, span=span).spans[span]
         for span, (time, sound) in ((BELT_A, ring(30.0, 0)), (BELT_B, ring(26.0, 1)))

@@ -230,7 +230,7 @@ def warned(drive, words):
 def test_a_rotor_heavier_than_its_motor_is_named_on_machines_with_routes_too():
     """54 g cm^2 without a gear: a rotor of 55 g cm^2 is none of its parts, one of 54 is all of it."""
     for rotor, named in ((55e-7, True), (54e-7, False)):
-        belt = load_drive("printer-idlers", overrides=[f"motor.rotor_inertia={rotor}"]).listed
+        belt = load_drive("printer-idlers", overrides=[f"motor.rotor_inertia={rotor}"])
         assert any("the rotor alone" in line for line in drive_warnings(belt)) is named
 
 

@@ -260,7 +260,7 @@ def test_a_machine_with_routes_rests_as_the_loop_that_it_is(name):
 
 def test_a_winch_holds_its_line_at_rest():
     """By the tension with which the rope leaves its drum."""
-    drive = cd.load_drive("camera-winches").listed
+    drive = cd.load_drive("camera-winches")
     found, drum = rest_state(drive), drive.pulley[drive.turned[0]]
     pulls = [own for own in found.sections if drum.name in own.span]
     assert abs(found.holding_torque) == pytest.approx(

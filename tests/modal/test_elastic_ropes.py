@@ -114,7 +114,7 @@ def test_a_belt_between_pulleys_vibrates_as_a_hinged_beam_between_the_tangent_po
 def test_shapes_of_a_heavy_rope_and_of_a_beam_are_those_that_belong_to_their_strain():
     """Of unit modal mass: the integral of the squared shape over the mass of one rope is one."""
     for name, below, model in (("8x19-8mm", 4.0, "tensioned beam"), ("Dyneema-4mm", 15.0, "heavy string")):
-        drive = cd.load_drive("lift-2-to-1", overrides=[f"route.suspension.type={name}"]).listed
+        drive = cd.load_drive("lift-2-to-1", overrides=[f"route.suspension.type={name}"])
         found = cd.modes(drive, below=below).transverse
         mode = next(one for one in found if one.span == "weight pulley to weight hitch")
         assert mode.model == model
@@ -209,7 +209,7 @@ def test_a_fast_belt_is_warned_of_and_says_that_its_bending_stiffness_is_left_ou
 
 def test_a_span_that_sags_deep_is_certified(measured):
     """A camera of 1 kg lets its lines sag more than any is taken for shallow."""
-    drive = cd.load_drive("camera-winches", overrides=["body.camera.mass=1"]).listed
+    drive = cd.load_drive("camera-winches", overrides=["body.camera.mass=1"])
     found, statics = cd.modes(drive, below=2.0), statics_of(drive)
     truth = np.sort(np.concatenate(hanging_machine.frequencies(drive, tensions=statics.start)))
     listed = by_multiplicity(found.modes)

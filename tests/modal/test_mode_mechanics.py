@@ -178,7 +178,7 @@ def test_equal_modes_of_both_spans_are_one_row_and_other_modes_are_not():
 
 def test_ropes_that_sag_move_with_the_rims_that_they_pass():
     """At 58.6 Hz one of two lines is straight above its edge; beside a sheave it moves as the rim does."""
-    drive = cd.load_drive("camera-winches").listed
+    drive = cd.load_drive("camera-winches")
     mode = cd.modes(drive, below=60.0).longitudinal[3]
     assert 2.0 * np.pi * mode.frequency < mode.network.edges[0]
     for before, after in (drive.free_spans[:2], drive.free_spans[2:]):

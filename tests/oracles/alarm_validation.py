@@ -48,7 +48,7 @@ def true_motion(drive, motion, *, floor, modes, highest, rng, starts=(0.0, 0.35)
     [Hz]; ``rng``: of the phases; ``starts``: instants as shares of the motion; ``segments``: per span.
     """
     case = case_of(
-        drive,
+        drive.machine,
         float(motion.time[-1]),
         torque=lambda t: np.interp(t, motion.time, motion.torque),
         start=Start(from_equilibrium=True, hold="drive"),

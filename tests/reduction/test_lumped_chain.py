@@ -153,7 +153,7 @@ def test_the_printer_is_a_chain_of_two_inertias_up_to_twice_its_mode(measured):
 @pytest.mark.parametrize("share", [0.0353, 0.382, 0.9, 1.2, 2.0])
 def test_an_axis_whose_rigid_motion_a_rope_askew_makes_a_slow_mode_is_refused(share):
     """A pulley of another radius at the front of a corexy: its belt runs askew; `check` had a defect."""
-    machine = varied_together(cd.load_drive("corexy").listed, {"pulley.front right a.radius": 6e-3 * share})
+    machine = varied_together(cd.load_drive("corexy"), {"pulley.front right a.radius": 6e-3 * share})
     refused(lambda: network_chains(machine), "askew")
 
 
@@ -174,7 +174,7 @@ def test_what_a_head_off_the_middle_moves_across_is_that_of_finite_elements(meas
     free = {"holding_stiffness": None}
     rigid = ("body.head.coulomb_friction=0", "body.beam.coulomb_friction=0")
     for place in ("0.17", "0.06"):
-        drive = cd.load_drive("corexy", overrides=[f"head.x={place}", *rigid]).listed
+        drive = cd.load_drive("corexy", overrides=[f"head.x={place}", *rigid])
         drive = replace(drive, motor=tuple(replace(motor, **free) for motor in drive.motor))
         motion, true = Motion(angle=30.0, rise=0.04, dwell=0.01), RigOptions(ideal_sensors=True)
         run = cd.track(drive, axis="head.x", bandwidth=20.0, motion=motion, options=true)
@@ -223,7 +223,7 @@ def test_a_loop_as_a_route_reduces_to_its_own_model():
 
 def test_what_an_axis_has_no_spans_for_is_answered_by_its_machine():
     """Modes, resonance and machine with routes of the chain of an axis are those of its machine."""
-    drive = cd.load_drive("printer-idlers").listed
+    drive = cd.load_drive("printer-idlers")
     axis = as_axis(drive)
     assert axis.machine is drive
     assert cd.modes(axis, count=2).modes[0].frequency == cd.modes(drive, count=2).modes[0].frequency
@@ -248,7 +248,7 @@ def test_the_lumped_model_of_an_axis_is_its_chain():
 @pytest.mark.parametrize("motor", ["held", "free"])
 def test_small_motions_have_the_certified_frequencies(motor):
     """Two springs that hold it, and their tension about rest, against the exact modes of the network."""
-    camera = cd.load_drive("camera-winches").listed
+    camera = cd.load_drive("camera-winches")
     machine = winched_machine(camera)
     n, h = machine.numbers, 1e-5
 

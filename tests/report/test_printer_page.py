@@ -79,8 +79,8 @@ def test_the_page_has_the_modes_that_the_logs_were_made_of_beside_those_of_the_m
     off = max(abs(axis.peaks[0].frequency - TRUTH[axis.axis]) for axis in found.axes)
     measured(f"peaks within {off:.2f} Hz, belts {found.belts.difference:.2f} Hz apart for -6")
     assert found.belts.difference == pytest.approx(TRUTH["a"] - TRUTH["b"], abs=0.5)
-    html = printer_html(found, load_drive("corexy").listed)
-    own = computed(load_drive("corexy").listed, "x")
+    html = printer_html(found, load_drive("corexy"))
+    own = computed(load_drive("corexy"), "x")
     assert f"{own['head.x']:.1f}" in html
     for axis in found.axes:
         assert axis.configuration in html
@@ -111,7 +111,7 @@ def test_the_command_writes_the_page_and_lines_of_both_axes(folder, monkeypatch)
     ways = belt.carriage[0].position, 2.0 * belt.span_length - belt.carriage[0].position
     held = motor.holding_stiffness / belt.drive_pulley.radius**2
     stiffness = 1.0 / (1.0 / sum(belt.cable.axial_rigidity / way for way in ways) + 1.0 / held)
-    own = computed(belt, "x")["carriage 0"]
+    own = computed(belt.machine, "x")["carriage 0"]
     assert own == pytest.approx(np.sqrt(stiffness / belt.carriage[0].mass) / (2.0 * np.pi), rel=0.03)
     assert f"{own:.1f}" in (folder / "belt.html").read_text()
     assert "the other belt" in refusal("shaper", NAMES["a"], "--page", "q.html")
@@ -139,7 +139,7 @@ def test_the_page_is_sound_and_says_what_was_found(tmp_path):
 # --- What the figures draw is what was computed
 def test_a_mode_of_two_belts_is_drawn_along_each_span_in_order():
     """Displacements over the largest of all, lengths over those of both belts, with a gap between them."""
-    drive = cd.load_drive("corexy").listed
+    drive = cd.load_drive("corexy")
     found = cd.modes(drive, count=2)
     for axes, rows in zip(
         mode_figure(drive, found, most=1).axes, (found.longitudinal, found.transverse), strict=True
@@ -182,7 +182,7 @@ def test_the_spectrum_marks_the_certified_modes():
 
 
 def test_the_count_of_a_machine_with_routes_steps_at_each_listed_mode():
-    drive = cd.load_drive("corexy").listed
+    drive = cd.load_drive("corexy")
     found = cd.modes(drive, below=560.0)
     steps = staircase(drive, found)
     along = np.repeat([m.frequency for m in found.longitudinal], [m.multiplicity for m in found.longitudinal])
@@ -205,7 +205,7 @@ def test_every_picture_says_the_error_at_its_time():
 
 
 def test_a_film_of_a_sliding_load_says_the_error_in_length():
-    drive, motion = as_axis(cd.load_drive("corexy").listed), Motion(angle=60.0, rise=0.2, dwell=0.05)
+    drive, motion = as_axis(cd.load_drive("corexy")), Motion(angle=60.0, rise=0.2, dwell=0.05)
     found = track(drive, controller="pd", bandwidth=10.0, plant="model-3", motion=motion)
     page = controlled_film(drive, found)
     said = re.findall(r">(\d+\.\d+) s, error (-?[\d.]+) mm<", page)
@@ -225,7 +225,7 @@ def bend(path):
 
 def test_an_animation_of_routes_draws_each_rope_as_far_aside_as_it_is():
     """A plucked span of a printer: 26 px at most, and in each frame in proportion to the record."""
-    drive, span = cd.load_drive("printer-idlers").listed, "motor to lower idler"
+    drive, span = cd.load_drive("printer-idlers"), "motor to lower idler"
     start = Start(plucks=(Pluck(height=1e-3, span=span, shape="half-sine"),))
     run = simulate(drive, 4e-3, start=start, scheme=Scheme(segments=20), recording=Recording(fields=2))
     _, drawing = animation_svg("machine", drive, run)
@@ -243,7 +243,7 @@ def test_an_animation_of_routes_draws_each_rope_as_far_aside_as_it_is():
 
 def test_an_animation_moves_what_a_body_carries_with_it():
     """Pulleys of the beam of a CoreXY with the beam, anchors of the head with it, to a tenth of a pixel."""
-    drive = cd.load_drive("corexy").listed
+    drive = cd.load_drive("corexy")
     torque = {"motor a": Sine(amplitude=0.1, frequency=58.0)}
     run = simulate(drive, 0.02, torque=torque, scheme=Scheme(segments=10), recording=Recording(fields=20))
     frames = animation_svg("machine", drive, run)[1].split('-frame" style')[1:]
@@ -271,7 +271,7 @@ def test_a_machine_with_routes_has_the_closed_formulas_of_the_loop_that_it_is(na
 
 
 def test_what_a_machine_with_routes_has_not_is_none_with_a_reason():
-    found = data_sheet(cd.load_drive("lift-2-to-1").listed).derived
+    found = data_sheet(cd.load_drive("lift-2-to-1")).derived
     for key in ("axial_rigidity", "slack_torque"):
         assert found[key] is None
         assert found["reasons"][key]

@@ -14,7 +14,7 @@ from cabledrive.rig.tuning import design
 from oracles.readable_plant import run_reference
 from rig_runs import loop_of, track
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 IDEAL = RigOptions(ideal_sensors=True)
 CENTRED = RigOptions(encoder_phase="centred")
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
@@ -116,7 +116,7 @@ def test_baselines_follow_with_the_feedforward_they_tell(controller, limit):
 
 def test_friction_of_the_load_is_learnt_beside_the_cable(measured):
     """0.02 N m of Coulomb friction at the load: beta was 11 % low, and learning made the law worse."""
-    rubbing = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.02"])
+    rubbing = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.02"]).listed
     two = Motion(pulses=2)
     learning, plain = (
         track(DRIVE, controller=law, plant_drive=rubbing, motion=two, seed=3, gains="best").summary
@@ -208,7 +208,7 @@ def test_without_a_load_encoder_the_stretch_under_the_loads_friction_is_not_seen
 
     A load that sticks lets go with a swing of its own, some 10 % beyond; a load encoder takes most away.
     """
-    drive = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.01 N m"])
+    drive = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.01 N m"]).listed
     servo = replace(drive, sensors=replace(drive.sensors, load_encoder=None))
     motion = Motion(angle=30.0, rise=0.5, dwell=1.0)
     seen, unseen = (track(one, motion=motion, controller="lqi") for one in (drive, servo))

@@ -136,7 +136,7 @@ def test_energy_only_falls_without_torque(measured):
     assert states[-1, 3] == 0.0
 
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 SMOOTH = RigOptions(ideal_sensors=True, smooth_friction=True)
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)
 
@@ -183,7 +183,9 @@ def test_cable_comes_nearer_to_itself_with_more_segments(measured):
 
 def test_cable_as_printed_is_softer_than_the_design_believes(measured):
     """EA/L is 438 N/m without damping, the design believes 850: as a lumped chain with those numbers."""
-    soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=438", "lumped.cable_damping=0"])
+    soft = load_drive(
+        "dissertation-3", overrides=["lumped.cable_stiffness=438", "lumped.cable_damping=0"]
+    ).listed
     row = track(DRIVE, controller="darc-4-damped", plant_drive=soft, options=IDEAL).summary
     said, undamped = (
         on_cable(law, replace(IDEAL, as_printed=True)).summary for law in ("darc-4-damped", "darc-4")
@@ -224,7 +226,7 @@ def test_a_law_runs_on_the_ropes_of_a_loop_as_on_those_of_the_same_machine_with_
 @pytest.mark.parametrize("name", ["corexy", "capstan-arm", "finger-tendon", "printer-idlers"])
 def test_a_drawn_machine_has_the_drawn_chain(name):
     """The chain comes from its certified modes: stiffness and damping follow EA to first order."""
-    drive, rng = as_axis(load_drive(name)), np.random.default_rng(11)
+    drive, rng = as_axis(load_drive(name).listed), np.random.default_rng(11)
     usual = plant_chain(drive, None)
     for _ in range(2):
         wanted = sampled_chain(usual, rng)
@@ -284,13 +286,13 @@ at = ["15 mm", "0.32 m"]
 def upright(tmp_path, text=UPRIGHT):
     path = tmp_path / "upright.toml"
     path.write_text(text)
-    return load_drive(path)
+    return load_drive(path).listed
 
 
 def test_the_axis_of_a_carriage_is_followed_alike_on_both_plants_and_from_both_forms_of_file():
     """A printer's belt in its file of two pulleys: its chain, and on the cable the same within 4e-3."""
     counts = [f"sensors.{name}_encoder=8192" for name in ("motor", "load")]
-    drive = load_drive("printer-belt", overrides=["sensors.sample_rate=5 kHz", *counts])
+    drive = load_drive("printer-belt", overrides=["sensors.sample_rate=5 kHz", *counts]).listed
     with pytest.raises(cd.InputRefused, match="name the axis of one"):
         cd.track(drive, controller="lqi")
     with pytest.raises(cd.InputRefused, match="no axis of this machine: take carriage 0 along"):
@@ -381,7 +383,7 @@ def test_an_eccentric_encoder_shows_the_load_off_by_its_sine():
 
 
 def short_loop():
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     controller = own_law(cd.OwnController(step=max, initial_state=np.zeros(3)), DesignSpec(drive, BRIEF))
     return close_loop(DesignSpec(drive, BRIEF), controller, np.random.default_rng(1))
 

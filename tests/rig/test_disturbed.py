@@ -19,7 +19,7 @@ from control_chains import INTERVAL, model, states_of
 from rig_runs import track
 from true_plants import followed, truth_of
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 IDEAL = RigOptions(ideal_sensors=True)
 CENTRED = RigOptions(encoder_phase="centred")
 SHORT = Motion(angle=20.0, rise=0.2, dwell=0.05)

@@ -23,7 +23,7 @@ from cabledrive.rig.laws.registry import needed_order, poles_of
 from cabledrive.rig.plant_samples import sampled_chain
 from rig_runs import loop_of, track
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 SPEC = DesignSpec(DRIVE, Motion())
 SIZES = {"median": "median_peak_error", "99 %": "peak_error_99", "worst": "worst_peak_error"}
 
@@ -124,7 +124,7 @@ COUNTS = 40_000
 COUNT = 360.0 / COUNTS
 MOTION = Motion(angle=45.0, rise=0.5, dwell=0.3, order=13)
 TUNING = KalmanTuning(torque=1e-6, disturbance=1e-2, load_acceleration=0.1)
-GIVEN = load_drive("dissertation-3")
+GIVEN = load_drive("dissertation-3").listed
 CARRIER = replace(
     GIVEN,
     sensors=replace(GIVEN.sensors, motor_encoder=COUNTS, drive_encoder=None, load_encoder=COUNTS),

@@ -26,8 +26,8 @@ from cabledrive.rig.plant_samples import Disturbances, disturbed_loop, scored
 from cabledrive.rig.trial import COMPARED
 from cabledrive.rig.tuning import tuned_loop
 
-DRIVE = load_drive("dissertation-3")
-RUBBING = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.015"])
+DRIVE = load_drive("dissertation-3").listed
+RUBBING = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.015"]).listed
 TWO = Motion(pulses=2, order=11)
 HERTZ = 35.0
 RANGES = Disturbances(load_coulomb=(0.0, 0.02))
@@ -197,7 +197,7 @@ def told_the_load(name, grid, draws=60):
 
     def designed(factor):
         inertia = float(DRIVE.load_pulley.inertia) * factor
-        heavy = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"])
+        heavy = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"]).listed
         spec = DesignSpec(heavy, TWO, options=COMPARED, bandwidth=HERTZ)
         return tuned_loop(name, HERTZ, "by uncertainty", spec)
 
@@ -233,7 +233,7 @@ def test_gains_scheduled_by_an_announced_load_halve_the_error_of_learning_and_co
 
 RUBBING_AND_SOFT = load_drive(
     "dissertation-3", overrides=["pulley.1.coulomb_friction=0.015", "lumped.cable_stiffness=830"]
-)
+).listed
 SPRING = 1.0 - np.cos(0.05 * np.arange(2000)) * np.exp(-0.01 * np.arange(2000))
 IMPULSE = np.diff(SPRING, prepend=0.0)
 
@@ -305,7 +305,7 @@ def test_friction_learnt_below_that_of_the_other_shafts_leaves_the_motor_none():
 
 def test_errors_of_repetitions_are_of_the_load_where_the_pulleys_differ():
     """A load pulley of twice the radius turns by half of what the motor does."""
-    drive = load_drive("dissertation-3", overrides=["pulley.1.radius=80 mm"])
+    drive = load_drive("dissertation-3", overrides=["pulley.1.radius=80 mm"]).listed
     made = track(drive, controller="lqg", bandwidth=15.0, motion=Motion(order=11), seed=3, repeat=2)
     for one in made.summary["repeated"]["repetitions"]:
         assert 0.2 < one["encoder_rms_deg"] / one["peak_error_deg"] < 1.0

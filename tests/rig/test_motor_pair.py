@@ -17,8 +17,8 @@ from oracles.by_scipy import MotorPair, run_pair
 
 DEGREE, COUNT = np.pi / 180.0, 0.036
 BACKLASH, FRICTIONLESS = ["motor.backlash=1 deg"], ["motor.coulomb_friction=0", "motor.offset_torque=0"]
-DRIVE = cd.load_drive("dissertation-3", overrides=BACKLASH)
-SMOOTH = cd.load_drive("dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS])
+DRIVE = cd.load_drive("dissertation-3", overrides=BACKLASH).listed
+SMOOTH = cd.load_drive("dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS]).listed
 PAIR = RigOptions(pair=True)
 SHORT = Motion(angle=10.0, rise=0.12, dwell=0.05, order=11)
 
@@ -36,7 +36,9 @@ def loop_of(drive, law, hertz, motion, options, seed=0):
 @pytest.mark.kernel("cabledrive.control.observers")
 def test_the_pair_moves_as_scipy_integrates_it_also_where_a_flank_opens(measured):
     """Commands of the run replayed; a shock on the load of 0.9 N m opens a flank and closes it again."""
-    tight = cd.load_drive("dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS, "cable.pretension=60 N"])
+    tight = cd.load_drive(
+        "dissertation-3", overrides=[*BACKLASH, *FRICTIONLESS, "cable.pretension=60 N"]
+    ).listed
     push = Disturbance(torque=0.9, start=0.1, end=0.13)
     options = RigOptions(pair=True, preload=0.3, disturbances=(push,), encoder_phase="centred")
     loop = loop_of(tight, "lqg", 20.0, SHORT, options)
@@ -125,7 +127,7 @@ def test_the_pair_keeps_its_flanks_closed_and_comes_to_rest_within_a_count(draws
 
 def test_where_the_torque_exceeds_the_preload_a_flank_opens_and_the_result_says_so():
     """Take-over: a shock of 1.2 N m, the load 20 % heavier than believed; then both flanks close again."""
-    tight = cd.load_drive("dissertation-3", overrides=[*BACKLASH, "cable.pretension=60 N"])
+    tight = cd.load_drive("dissertation-3", overrides=[*BACKLASH, "cable.pretension=60 N"]).listed
     heavy = replace(tight, pulley=(tight.pulley[0], replace(tight.pulley[1], inertia=0.00282)))
 
     def shocked(preload, torque, **choices):

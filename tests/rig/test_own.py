@@ -17,7 +17,7 @@ from cabledrive.rig.front_door import own_law
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.setting import DEGREE, sample_interval
 
-DRIVE = cd.load_drive("dissertation-3")
+DRIVE = cd.load_drive("dissertation-3").listed
 CHAIN, INTERVAL = reflected(lumped_model(DRIVE, 4))[0], sample_interval(DRIVE)
 SHORT = Motion(angle=5.0, rise=0.15, dwell=0.05, order=11)
 
@@ -58,7 +58,7 @@ DISTURBED = RigOptions(
 )
 def test_a_pd_in_plain_python_is_the_packaged_pd(options, settings, measured):
     """Sample by sample: the same filter, feedforward, torque limit, delay, encoders."""
-    drive = cd.load_drive("dissertation-3", overrides=settings)
+    drive = cd.load_drive("dissertation-3", overrides=settings).listed
     row = pd_law(reflected(lumped_model(drive, 4))[0], 5.0, INTERVAL).rows[0]
     packaged = track(drive, controller="pd", bandwidth=5.0, motion=SHORT, options=options)
     own = track(drive, controller=cd.OwnController(step=feedback, gains=row), motion=SHORT, options=options)
@@ -135,7 +135,7 @@ SMOOTH = (
     "pulley.0.coulomb_friction=0 N m",
     "pulley.1.coulomb_friction=0 N m",
 )
-LINEAR = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0"])
+LINEAR = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0"]).listed
 MODEL_2 = reflected(lumped_model(LINEAR, 2))[0]
 
 
@@ -202,7 +202,7 @@ def gap(drive, substeps):
 @pytest.mark.parametrize("settings", [(), ("sensors.delay=0.3 ms",)], ids=["prompt", "delayed"])
 def test_two_masses_in_plain_python_are_model_2(settings, measured):
     """To the error of the rig's own internal steps, of second order; behind a torque loop to its mean."""
-    drive = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0", *settings])
+    drive = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0", *settings]).listed
     prompt = replace(drive, motor=replace(drive.motor, current_bandwidth=None))
     exact, finer, coarse, fine = gap(prompt, 1), gap(prompt, 12), gap(drive, 1), gap(drive, 12)
     measured(f"{exact:.1e} and {finer:.1e} deg without torque loop; with it {coarse:.1e} and {fine:.1e} deg")

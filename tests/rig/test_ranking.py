@@ -25,7 +25,7 @@ from cabledrive.rig.margins import (
 from cabledrive.rig.tuning import LEAST_DISK, RIPPLE_SHARE, SETTINGS_HZ, design, law_at
 from rig_runs import loop_of
 
-DRIVE = cd.load_drive("dissertation-3")
+DRIVE = cd.load_drive("dissertation-3").listed
 
 
 @cache
@@ -89,7 +89,7 @@ def test_track_takes_the_law_that_compare_lists(name, measured):
 )
 def test_best_gains_leave_the_torque_below_its_limit_whatever_changes_the_loop(overrides, options, measured):
     """A third of the samples saturated at a delay of 1 ms where the gains knew nothing of it."""
-    drive = cd.load_drive("dissertation-3", overrides=overrides)
+    drive = cd.load_drive("dissertation-3", overrides=overrides).listed
     said = best_track(drive, controller="darc-4-damped", options=RigOptions(**options), seed=5).summary
     measured(f"{said['gains']['bandwidth_hz']:.0f} Hz, {said['peak_torque']:.2f} N m")
     assert said["saturated_fraction"] == 0.0
@@ -101,7 +101,7 @@ MOTION = Motion(angle=5.0, rise=0.2, dwell=0.05, order=11)
 
 
 def loop_at(name, hertz, *overrides):
-    drive = cd.load_drive("dissertation-3", overrides=list(overrides))
+    drive = cd.load_drive("dissertation-3", overrides=list(overrides)).listed
     return loop_of(CONTROLLERS[name](DesignSpec(drive, MOTION, bandwidth=hertz)), drive, MOTION)
 
 

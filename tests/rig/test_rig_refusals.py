@@ -25,12 +25,12 @@ from cabledrive.rig.tuning import design
 from command import refused
 from rig_runs import loop_of, scaled_transporter
 
-DRIVE = cd.load_drive("dissertation-3")
-LOOSE = cd.load_drive("dissertation-3", overrides=["motor.backlash=1 deg"])
+DRIVE = cd.load_drive("dissertation-3").listed
+LOOSE = cd.load_drive("dissertation-3", overrides=["motor.backlash=1 deg"]).listed
 SMOOTH = tuple(f"{part}.coulomb_friction=0" for part in ("motor", "pulley.0", "pulley.1"))
-LINEAR = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0"])
+LINEAR = cd.load_drive("dissertation-3", overrides=[*SMOOTH, "motor.backlash=0"]).listed
 CAMERA = cd.load_drive("camera-winches")
-LINE = scaled_transporter(cd.load_drive("dissertation-transporter"))
+LINE = scaled_transporter(cd.load_drive("dissertation-transporter").listed)
 SHORT = Motion(angle=5.0, rise=0.15, dwell=0.05, order=11)
 IDEAL = RigOptions(ideal_sensors=True)
 WIDE = Motion(order=11, payload=(Payload(factor=3.5, start=0.7),), payload_range=(0.5, 4.0))
@@ -125,7 +125,7 @@ CARRIAGES = [
     ),
     *(
         row(
-            lambda name=name: transporter_of(cd.load_drive(name), payload_mass=0.1, line_length=0.1),
+            lambda name=name: transporter_of(cd.load_drive(name).listed, payload_mass=0.1, line_length=0.1),
             "carriage",
         )
         for name in ("dissertation-1", "elevator")

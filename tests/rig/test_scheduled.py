@@ -22,7 +22,7 @@ from cabledrive.rig.plant_samples import Disturbances, scored
 from cabledrive.rig.trial import COMPARED
 from cabledrive.rig.tuning import tuned_loop
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 TWO = Motion(pulses=2, order=11)
 HERTZ = 35.0
 CHANGES = Disturbances(load_factor=(0.5, 3.0), load_time=(0.7, 0.95))
@@ -31,7 +31,7 @@ CHANGES = Disturbances(load_factor=(0.5, 3.0), load_time=(0.7, 0.95))
 
 def heavier(factor):
     inertia = float(DRIVE.load_pulley.inertia * factor)
-    return load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"])
+    return load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"]).listed
 
 
 def loop_of(name, drive=DRIVE, motion=TWO):
@@ -199,7 +199,7 @@ def test_the_bound_is_never_left_without_a_named_assumption(count, measured):
         )
         off = rng.choice([0.01, 0.05]) * rng.uniform(-1.0, 1.0, 2)
         inertias = float(DRIVE.load_pulley.inertia * (1.0 + off[0]))
-        plant = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertias!r}"])
+        plant = load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertias!r}"]).listed
         found = track(
             DRIVE,
             controller=SCHEDULED,

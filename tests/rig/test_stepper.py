@@ -47,7 +47,7 @@ def test_an_axis_without_damping_is_shaped_and_one_that_does_not_swing_is_told_s
     for _ in range(10):
         stiffness, load, joint = 10.0 ** rng.uniform([3.0, -5.0, 1.0], [5.0, -3.0, 2.0])
         drive = replace(
-            cd.load_drive("dissertation-3"),
+            cd.load_drive("dissertation-3").listed,
             lumped=None,
             cable=cd.Cable(given_rigidity=stiffness, mass_per_length=1e-3, pretension=10.0),
             pulley=(cd.Pulley(radius=0.05, inertia=1e-4), cd.Pulley(radius=0.05, inertia=load)),

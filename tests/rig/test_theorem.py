@@ -18,14 +18,14 @@ from cabledrive.rig.laws.registry import CONTROLLERS
 from cabledrive.rig.setting import DEGREE, Disturbance
 from cabledrive.trajectories import move_limits, shortest_rise
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 IDEAL = RigOptions(ideal_sensors=True)
 PULSE = Motion(angle=20.0, rise=0.3, dwell=0.1, order=11)
 SEED = 20_150
 
 
 def said(*overrides, controller="darc-4-damped", options=IDEAL, motion=PULSE, **choices):
-    plant = load_drive("dissertation-3", overrides=list(overrides))
+    plant = load_drive("dissertation-3", overrides=list(overrides)).listed
     choices.setdefault("bandwidth", 23.0)
     return track(
         DRIVE, controller=controller, plant_drive=plant, options=options, motion=motion, **choices
@@ -102,7 +102,7 @@ SEED_OF_LEARNING = 18_020
 @pytest.mark.parametrize("name", [LOAD_LEARNING, CHANGING])
 def test_parts_of_the_error_add_up_to_it_and_the_bound_holds_them(name, measured):
     """Friction and more inertia at the load: what the recursion says of the error is the error."""
-    plant = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.015"])
+    plant = load_drive("dissertation-3", overrides=["pulley.1.coulomb_friction=0.015"]).listed
     load = replace(plant.pulley[1], inertia=1.2 * plant.pulley[1].inertia)
     plant, made = replace(plant, pulley=(plant.pulley[0], load)), DesignSpec(DRIVE, TWO, bandwidth=35.0)
     spec = DesignSpec(DRIVE, TWO, options=RigOptions(), plant=plant)
@@ -191,8 +191,8 @@ def spread(rng, low, high):
 def drawn_drive(rng):
     """The rig of the dissertation with every size drawn over a decade, or the finger's tendon."""
     if rng.random() < 0.1:
-        return load_drive("finger-tendon")
-    drive = load_drive("dissertation-3")
+        return load_drive("finger-tendon").listed
+    drive = load_drive("dissertation-3").listed
     motor, lumped = drive.motor, drive.lumped
     least = dict(
         inertia=0.3, viscous_friction=0.1, coulomb_friction=0.1, joint_stiffness=0.3, joint_damping=0.1
@@ -299,6 +299,6 @@ def test_the_share_of_a_bound_is_the_largest_where_the_bound_is_open():
 
 def test_a_load_that_follows_with_true_states_breaks_no_assumption_on_friction():
     """The sign of the friction is that of the reference where the motor never turns against it."""
-    drive = load_drive("dissertation-3")
+    drive = load_drive("dissertation-3").listed
     said = track(drive, controller="darc-4-damped", options=RigOptions(ideal_sensors=True)).summary
     assert not [words for words in said["departures"] if "acts against the sign" in words]

@@ -28,7 +28,7 @@ from cabledrive.rig.carriage import (
 from cabledrive.trajectories import Move, Trajectory
 from rig_runs import along_the_way, residual_motion, scaled_transporter
 
-DRIVE = scaled_transporter(load_drive("dissertation-transporter"))
+DRIVE = scaled_transporter(load_drive("dissertation-transporter").listed)
 MACHINE = transporter_of(DRIVE, payload_mass=0.25, line_length=0.25)
 FREE = MACHINE._replace(
     viscous=0.0, coulomb=0.0, offset=0.0, rail_friction=0.0, swing_damping=0.0, damping_time=0.0

@@ -114,7 +114,7 @@ def test_a_law_of_ones_own_moves_a_machine_with_routes_whose_ropes_are_alike(mea
     assert ours.interpreted is None
     assert apart < 1e-10 * np.abs(theirs.channel("motor")).max()
     with pytest.raises(cd.InputRefused, match="ropes of one kind and tension"):
-        cd.simulate(cd.load_drive("camera-winches").listed, 1e-3, model=OwnExact)
+        cd.simulate(cd.load_drive("camera-winches"), 1e-3, model=OwnExact)
 
 
 @pytest.mark.kernel

@@ -24,7 +24,7 @@ from cabledrive.studies.study.plants import load_case
 from study_drives import drive_of, log_with
 from true_plants import errors, log_text, truth_of
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 SHEET = truth_of(DRIVE)
 FRICTION = SHEET["c1"]
 
@@ -144,7 +144,7 @@ LATE = 3
 
 def sheet():
     """A geared drive with 10,000 counts a turn at its load."""
-    drive = load_drive("dissertation-3")
+    drive = load_drive("dissertation-3").listed
     return replace(drive, sensors=replace(drive.sensors, load_encoder=10000, sample_rate=2000.0))
 
 

@@ -74,7 +74,7 @@ def test_a_lift_roped_two_to_one_turns_its_sheave_by_two_metres_of_rope_a_metre(
     with pytest.raises(cd.InputRefused, match="without straining"):
         rates(lift, "tension frame.y")
     geared, steps = cd.load_drive("dissertation-3"), Order(name="steps", pulley="drive pulley", number=200.0)
-    radii = geared.load_pulley.radius / geared.drive_pulley.radius
+    radii = geared.pulley[1].radius / geared.pulley[0].radius
     assert frequency_per_speed(geared, steps, "load pulley") == pytest.approx(200 * radii / (2 * math.pi))
 
 
@@ -255,7 +255,7 @@ def test_modes_nearer_than_a_share_of_their_frequency_are_one():
     ],
 )
 def test_a_loop_and_its_machine_with_routes_are_followed_alike(name, key, values, measured):
-    drive = cd.load_drive(name, overrides=["layout.gravity=0"])
+    drive = cd.load_drive(name, overrides=["layout.gravity=0"]).listed
     longer = 1.0 + drive.cable.prestrain if key.endswith("position") else 1.0
     one = cd.frequency_against(drive, key, values, modes=4)
     other = cd.frequency_against(as_routes(drive), key, values * longer, modes=4)
@@ -289,5 +289,8 @@ def test_curves_of_the_straight_cable_say_where_sag_moves_a_mode(measured):
     measured(f"{moved:.2g}")
     assert f"sag moves a mode by {moved:.2g}" in found.warning
     assert (
-        cd.frequency_against(cd.load_drive("linear-axis"), "cable.pretension", [700.0], modes=2).warning == ""
+        cd.frequency_against(
+            cd.load_drive("linear-axis").listed, "cable.pretension", [700.0], modes=2
+        ).warning
+        == ""
     )

@@ -56,7 +56,7 @@ def test_off_tuning_verdicts_change_at_one_and_two_half_widths():
 
 
 def test_held_pulleys_give_nulls_with_reasons_and_a_safe_verdict():
-    drive = cd.load_drive("dissertation-2")
+    drive = cd.load_drive("dissertation-2").listed
     held = replace(drive, pulley=tuple(replace(p, fixed=True) for p in drive.pulley))
     found = resonance(held)
     assert found.verdict == "safe"
@@ -72,13 +72,13 @@ def test_held_pulleys_give_nulls_with_reasons_and_a_safe_verdict():
     ("name", "torque", "helpful"), [("", 0.01, 5), ("elevator", 90.0, 2), ("linear-axis", 2.0, 3)]
 )
 def test_each_remedy_makes_the_pulley_mode_safe(name, torque, helpful):
-    drive = cd.load_drive(name) if name else damped(2.0, 5.0)
+    drive = cd.load_drive(name).listed if name else damped(2.0, 5.0)
 
     def verdict(changed, acting=torque):
         return resonance(changed, torque=acting, details=False).verdict
 
     assert verdict(drive) in ("resonant", "close")
-    found = {remedy.change: remedy.value for remedy in remedies(drive, torque) if remedy.enough}
+    found = {remedy.change: remedy.value for remedy in remedies(drive.machine, torque) if remedy.enough}
     assert len(found) == helpful
     load = drive.load_pulley
     for change, value in found.items():
@@ -103,7 +103,7 @@ def test_ropes_without_damping_grow_together_from_the_torque_of_ropes_with_hardl
 
 def test_modes_that_grow_together_make_a_loop_resonant_and_grow_in_time(measured):
     """The third and fourth beside each other, from a seventh below their pair's own threshold on."""
-    drive = cd.load_drive("linear-axis")
+    drive = cd.load_drive("linear-axis").listed
     drive = replace(
         drive,
         layout=replace(drive.layout, gravity=0.0),
@@ -203,7 +203,7 @@ def test_where_a_threshold_needs_most_of_the_tension_modes_near_the_frequency_it
 
 def test_more_torque_never_makes_a_verdict_better():
     """One mode far away is close, another at resonance: the one that grows decides."""
-    drive, order = cd.load_drive("linear-axis"), ("safe", "close", "resonant")
+    drive, order = cd.load_drive("linear-axis").listed, ("safe", "close", "resonant")
     torques = np.geomspace(1e-2, 1e2, 17)
     seen = [order.index(resonance(drive, torque=torque, details=False).verdict) for torque in torques]
     assert seen == sorted(seen)
@@ -219,7 +219,7 @@ def test_a_map_reaches_a_quarter_beyond_the_pretension_of_tuning_and_the_own_one
 @pytest.mark.parametrize("name, tuned", [("linear-axis", 987.189), ("printer-belt", 9.52219)])
 def test_a_map_of_three_sections_grows_above_the_threshold_of_the_nearest(name, tuned):
     """A carriage parts a span; the map of such a drive ended in a traceback."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     model = autoparametric_model(replace(drive, cable=replace(drive.cable, pretension=tuned)))
     assert model.coupling.size == 3
     threshold = float(threshold_torque(model))
@@ -234,7 +234,7 @@ def test_a_map_of_three_sections_grows_above_the_threshold_of_the_nearest(name, 
 )
 def test_a_map_of_slow_machines_grows_above_the_threshold_that_resonance_states(name, factor):
     """Modes of 0.3 to 4 Hz did not grow within the second that every map lasted."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     bare = replace(drive, layout=replace(drive.layout, gravity=0.0))
     bare = at_tension(bare, factor * drive.cable.pretension)
     least = resonance(bare).threshold_here
@@ -261,7 +261,7 @@ def test_a_map_states_the_torque_from_which_its_duration_shows_growth():
 
 def test_far_above_the_pulley_mode_no_span_grows_on_a_map():
     """Transverse modes at 17 times the pulley mode: in steps longer than theirs, 30000-fold."""
-    found = growth_map(cd.load_drive("dissertation-3"), torque=2.1, torques=[0.01])
+    found = growth_map(cd.load_drive("dissertation-3").listed, torque=2.1, torques=[0.01])
     assert not found.slack.any()
     assert np.nanmax(found.growth) < 1.01, f"{np.nanmax(found.growth):.4g}"
 
@@ -273,7 +273,9 @@ def test_exact_loop_agrees_with_the_map_at_random_points():
     for check in checks:
         assert check.growth == pytest.approx(check.exact, rel=0.03), f"{check}"
     assert "3 random points" in spot_check_line(checks)
-    assert spot_checks(cd.load_drive("linear-axis"), growth_map(drive, torque=0.02, **axes), None) == ()
+    assert (
+        spot_checks(cd.load_drive("linear-axis").listed, growth_map(drive, torque=0.02, **axes), None) == ()
+    )
 
 
 def test_slack_is_marked_on_the_map_and_not_interpolated():
@@ -319,7 +321,7 @@ def with_strain_limit(drive, limit):
 
 
 def raised(drive):
-    return next(one for one in remedies(drive, TORQUE) if one.change == "raise pretension")
+    return next(one for one in remedies(drive.machine, TORQUE) if one.change == "raise pretension")
 
 
 def test_a_pretension_is_raised_within_the_elastic_range_only():
@@ -396,13 +398,13 @@ def test_a_branch_leaves_rest_at_the_threshold_and_folds_where_the_closed_form_d
 
 def test_more_sections_than_two_are_not_followed():
     with pytest.raises(cd.NotComputed, match="sections"):
-        steady_branches(cd.load_drive("dissertation-transporter"), 0.01, np.random.default_rng(0))
+        steady_branches(cd.load_drive("dissertation-transporter").listed, 0.01, np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("routed", [False, True])
 def test_a_torque_that_slackens_a_span_is_not_safe(routed):
     """Two inertias on the springs of both spans, by hand: the swing of tension at resonance, to 5 %."""
-    drive = cd.load_drive("dissertation-3")
+    drive = cd.load_drive("dissertation-3").listed
     motor = replace(drive.motor, joint_stiffness=None, joint_damping=0.0, coulomb_friction=0.0)
     drive = replace(drive, lumped=None, motor=motor)
     cable, (first, last) = drive.cable, drive.pulley

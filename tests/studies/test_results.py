@@ -23,7 +23,7 @@ NO_RESULTS = (OwnController, OwnPlant, reduction.LumpedChain)
 ROOMS = (cd, mechanics, modal, simulation, reduction, identification, rig, studies)
 EXPORTED = [getattr(room, name) for room in ROOMS for name in room.__all__]
 FUNCTIONS = [one for one in EXPORTED if inspect.isfunction(one)]
-LOOP, ROUTED = cd.load_drive("dissertation-3"), cd.load_drive("corexy")
+LOOP, ROUTED = cd.load_drive("dissertation-3").listed, cd.load_drive("corexy")
 
 
 TIME = np.linspace(0.0, 4.0, 4001)
@@ -54,7 +54,9 @@ SMALL = {
     "Identification": lambda: cd.identify(log()),
     "RestState": lambda: mechanics.rest_state(LOOP),
     "DecayEstimate": lambda: reduction.damping_from_decay(TIME, np.exp(-TIME) * np.cos(90.0 * TIME), 14.3),
-    "CarriageRun": lambda: rig.move_carriage(scaled_transporter(cd.load_drive("dissertation-transporter"))),
+    "CarriageRun": lambda: rig.move_carriage(
+        scaled_transporter(cd.load_drive("dissertation-transporter").listed)
+    ),
 }
 LONGER = {
     "PrinterShaper",

@@ -113,7 +113,7 @@ def test_a_mode_that_carriages_bring_into_resonance_is_looked_at():
 @pytest.mark.parametrize("gap", [1e-4, 3e-2])
 def test_carriages_on_rails_may_stand_close_together(gap):
     """What lies between has its first mode where the longest stretch has its fortieth, or is one more."""
-    loop = cd.load_drive("dissertation-transporter", overrides=["cable.transverse_damping=2"])
+    loop = cd.load_drive("dissertation-transporter", overrides=["cable.transverse_damping=2"]).listed
     own = loop.carriage[0]
     loop = replace(loop, carriage=(own, replace(own, position=own.position + gap)))
     spans = {pair.section for pair in cd.resonance(loop, torque=0.01).pairs if pair.span == "upper"}
@@ -183,7 +183,7 @@ def test_a_sweep_through_resonance_grows_as_a_general_integrator_has_it(measured
 
 def test_a_move_of_the_head_passes_a_resonance_that_the_machine_at_rest_has_not():
     """The first string mode of one strand falls from above to below half the longitudinal mode."""
-    machine = cd.load_drive(str(PRINTER))
+    machine = cd.load_drive(str(PRINTER)).listed
     time = np.linspace(0.0, 0.4, 2001)
     head = 0.06 + 0.30 * time / 0.4
     motion = PlannedMotion(time=time, torque=np.zeros(time.size), places={"head.x": head})
@@ -214,18 +214,18 @@ def test_the_command_reads_places_and_torques_of_other_motors(tmp_path):
     assert found["verdict"] in ("safe", "dangerous", "unknown")
     assert found["limit"] == 5e-4
     assert any("places of bodies given" in line for line in found["assumptions"])
-    assert read_motion(file, cd.load_drive(str(PRINTER))).places["head.x"][1] == pytest.approx(0.18)
+    assert read_motion(file, cd.load_drive(str(PRINTER)).listed).places["head.x"][1] == pytest.approx(0.18)
     wrong = tmp_path / "wrong.csv"
     wrong.write_text("time [s],torque [N m],tail.x [m]\n0,0,0\n1,0,0\n")
     assert "tail.x" in refusal("resonance", str(PRINTER), "--motion", str(wrong))
     two = tmp_path / "two.csv"
     two.write_text("time [s],torque [N m],torque motor b [N m]\n0,0,0\n1,0,1\n")
-    corexy = cd.load_drive(str(PRINTER.parent / "corexy.toml"))
+    corexy = cd.load_drive(str(PRINTER.parent / "corexy.toml")).listed
     assert read_motion(two, corexy).torques["motor b"][1] == 1.0
 
 
 def test_a_place_that_the_machine_cannot_take_is_refused_in_one_line():
-    machine = cd.load_drive(str(PRINTER))
+    machine = cd.load_drive(str(PRINTER)).listed
     time = np.linspace(0.0, 0.1, 11)
     with pytest.raises(cd.InputRefused, match="give places as columns"):
         alarm(machine, PlannedMotion(time=time, torque=np.full(11, 50.0)))
@@ -243,7 +243,7 @@ def test_pairs_have_the_thresholds_of_the_averaged_equations(name, measured):
         name, settings = "linear-axis", [*settings, "cable.pretension=20 N"]
     if name == "ropeway":  # else its rope goes slack first
         settings = ["cable.transverse_damping=0.2", "cable.pretension=700 kN"]
-    loop = damped_loop() if name == "tuned" else cd.load_drive(name, overrides=settings)
+    loop = damped_loop() if name == "tuned" else cd.load_drive(name, overrides=settings).listed
     loop = without_gravity(loop)
     known, off = cd.resonance(loop, torque=1.0), []
     for one in [p for p in known.pairs if p.tuning and p.threshold_torque][:8]:  # lowest first
@@ -267,7 +267,7 @@ def test_pairs_have_the_thresholds_of_the_averaged_equations(name, measured):
 def test_a_carriage_that_hangs_is_not_damped_as_its_cable_is(measured):
     """The amplitude of a simulated pluck decays by the cable's share of what moves, in both models."""
     gamma, mass = 6.0, 2e-3
-    drive = replace(without_gravity(cd.load_drive("dissertation-1")), carriage=())
+    drive = replace(without_gravity(cd.load_drive("dissertation-1").listed), carriage=())
     drive = replace(
         drive,
         cable=replace(drive.cable, transverse_damping=gamma),
@@ -310,7 +310,7 @@ def test_verdict_changes_at_the_lowest_threshold():
 def test_a_threshold_of_a_mode_that_is_mostly_across_is_in_doubt():
     """By the strain that ropes along hold in the mode that excites; a line on the lowest threshold."""
     for name in ("serpentine", "printer-idlers"):
-        found = machine_pairs(cd.load_drive(name))
+        found = machine_pairs(cd.load_drive(name).listed)
         along = {
             mode.frequency: sum(own for (_, way), own in mode.strain_by_span.items() if way == "along")
             for mode in found.modes.modes
@@ -335,9 +335,9 @@ def test_a_route_is_tuned_as_the_loop_that_it_is():
 @pytest.mark.parametrize(("name", "span"), [("dissertation-2", 0), ("printer-belt", 1)])  # without a carriage
 def test_a_route_under_gravity_is_tuned_where_the_formula_of_the_straight_rope_has_it(name, span, measured):
     """Within the share by which sag moves it; two modes veer there, and the ratio of the belt jumps."""
-    drive = cd.load_drive(name)
+    drive = cd.load_drive(name).listed
     known = tuned_pretension(drive)
-    found = drive.cable.pretension * tuning_factor(drive, span)
+    found = drive.cable.pretension * tuning_factor(drive.machine, span)
     measured(f"{found:.5g} N for {known:.5g}")
     assert found == pytest.approx(known, rel=5e-3)
 
@@ -428,7 +428,7 @@ def test_a_sum_pair_grows_above_its_threshold_and_not_below(measured):
     """
     settings = ["cable.transverse_damping=4", "pulley.1.viscous_friction=2e-5", "cable.pretension=3"]
     settings.append("carriage=[{mass=3e-4, position=0.37, guided=false}]")
-    drive = cd.load_drive("dissertation-2", overrides=settings)
+    drive = cd.load_drive("dissertation-2", overrides=settings).listed
     network = network_of(as_routes(drive))
     along, across = straight_modes(network)
     upper = [m for m in across if (m.span, m.plane) == (network.drive.spans[0], "w")]
@@ -460,7 +460,7 @@ def test_a_motion_of_a_millisecond_is_judged(tmp_path):
     """A ninth of a period cannot excite: what is there at the end is the floor and hardly more."""
     path = tmp_path / "move.csv"
     path.write_text("time [ms],torque [mN m],pretension [N],carriage [mm]\n0,0,3.30,250\n1,4.2,3.30,250\n")
-    found = alarm(cd.load_drive("dissertation-transporter"), read_motion(path), floor=1e-5, limit=5e-4)
+    found = alarm(cd.load_drive("dissertation-transporter").listed, read_motion(path), floor=1e-5, limit=5e-4)
     largest = max(mode.largest for mode in found.modes)
     assert found.verdict == "safe"
     assert 1e-5 < largest < 1.2e-5, largest
@@ -472,7 +472,7 @@ def test_a_motion_beyond_any_number_is_not_a_defect(tmp_path):
     path = tmp_path / "move.csv"
     path.write_text("time [s],torque [N m]\n" + "".join(f"{k / 100},{1e9 * (-1) ** k}\n" for k in range(100)))
     with pytest.raises(cd.NotComputed, match="diverges: plan a smaller or a slower motion"):
-        alarm(cd.load_drive("dissertation-2"), read_motion(path), floor=1e-5, limit=5e-4)
+        alarm(cd.load_drive("dissertation-2").listed, read_motion(path), floor=1e-5, limit=5e-4)
 
 
 # --- The alarm where a span weighs as much as a rim: modes that are not kept carry the torque's strain
@@ -562,7 +562,7 @@ def test_two_ropes_side_by_side_have_the_threshold_of_one_of_twice_the_section()
 
 def test_a_line_that_friction_holds_does_not_move_without_a_torque():
     """What friction holds in place of a torque shakes the sag no more than in time: not at all."""
-    drive, time = cd.load_drive("camera-line"), np.linspace(0.0, 10.0, 1001)
+    drive, time = cd.load_drive("camera-line").listed, np.linspace(0.0, 10.0, 1001)
     found = alarm(drive, PlannedMotion(time=time, torque=np.zeros(time.size)), limit=1e-3)
     hung = Start(from_equilibrium=True)
     run = cd.simulate(drive, 2.0, start=hung, scheme=Scheme(segments=40), recording=Recording(rate=200.0))
@@ -632,7 +632,7 @@ axial_damping = 0.013633
 def test_drag_across_ties_the_pulley_mode_to_a_mode_across_beside_it(measured):
     """6.602 and 6.618 Hz, closer than they are damped: their motion is that of the waves, and so it grows."""
     drive = drive_from_text(SAGS_AND_DRAGS)
-    found, machine = machine_pairs(drive), drive.machine.plain
+    found, machine = machine_pairs(drive), drive.plain
     (hertz, together), alone = found.together[0], min(pair.least for pair in found.pairs)
     slack = dict(found.slack)[hertz]
     network = network_of(machine)
@@ -669,7 +669,7 @@ def test_drag_across_ties_the_pulley_mode_to_a_mode_across_beside_it(measured):
 def test_a_line_that_sags_has_the_pulley_mode_and_the_pairs_of_its_hanging_rope():
     """As loop and as routes; in time it grows under 0.36 N m at 5.16 Hz, off the straight cable's 4.99 Hz."""
     settings = ["pulley.1.coulomb_friction=0", "motor.coulomb_friction=0", "cable.pretension=410 N"]
-    line = cd.load_drive("camera-line", overrides=settings)
+    line = cd.load_drive("camera-line", overrides=settings).listed
     known, found = (cd.resonance(one, torque=0.36, details=False) for one in (line, as_routes(line)))
     certified = [mode.frequency for mode in cd.modes(line, count=6).longitudinal]
     assert np.min(np.abs(known.pulley_frequency / np.array(certified) - 1.0)) < 1e-9

@@ -190,7 +190,7 @@ def test_an_encoder_never_costs_more_than_its_bound(measured):
 
 @pytest.mark.parametrize("name, tuned", [("dissertation-2", True), ("dissertation-3", False)])
 def test_a_span_tuned_to_the_pulley_mode_is_to_be_moved_away_though_the_motion_spares_it(name, tuned):
-    drive = load_drive(name)
+    drive = load_drive(name).listed
     found = resonance_of(drive, goals_for(drive, Goals()).motion)
     assert found.alarm == "safe"
     assert (found.verdict == "resonant") == tuned
@@ -208,7 +208,7 @@ def test_a_range_of_loads_is_drawn_and_designed_for_its_middle():
 
 
 def test_a_drive_that_carries_several_masses_gets_its_resonance_and_no_controller():
-    found = run_study(load_drive("elevator"), [], goals(1, 0.5))
+    found = run_study(load_drive("elevator").listed, [], goals(1, 0.5))
     assert found.verdict.answer == "unknown"
     said = " ".join((*found.verdict.reasons, *found.verdict.cautions))
     assert "this drive has 2" in said
@@ -266,7 +266,7 @@ def test_goals_of_a_load_and_of_a_carriage_are_read_with_their_units(tmp_path):
 # --- What a study learns from a log without the load's angle: the axis as one, where it moves as one
 def test_with_a_stiff_cable_the_axis_is_identified_and_not_the_cable():
     """Motor and load reflected through the radii come out together, not the data sheet's."""
-    stiff = load_drive(FOLDER / "turntable.toml", overrides=["cable.youngs_modulus=20 TPa"])
+    stiff = load_drive(FOLDER / "turntable.toml", overrides=["cable.youngs_modulus=20 TPa"]).listed
     log, truth = experiment(stiff, LIVELY, seed=1), values_of(stiff)
     one = replace(log, channels={name: log.channels[name] for name in ("torque", "angle")})
     found = know(datasheet_of(stiff), [one], SPREADS)
@@ -286,7 +286,7 @@ def test_an_axis_that_is_not_rigid_gives_nothing_and_the_datasheet_stays():
 
 
 # --- A quantity is what it is set to in every drive, draw and bound: nothing is cut off in silence
-RUBBING = load_drive("dissertation-3")
+RUBBING = load_drive("dissertation-3").listed
 PULLEYS = tuple(replace(pulley, viscous_friction=0.002, coulomb_friction=0.01) for pulley in RUBBING.pulley)
 
 

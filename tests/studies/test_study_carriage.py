@@ -18,7 +18,7 @@ from cabledrive.studies.study.stage_cache import StageCache
 from rig_runs import scaled_transporter
 from study_drives import judged_with
 
-BELT = load_drive("printer-belt")
+BELT = load_drive("printer-belt").listed
 ASKED = Goals(travel=0.05, duration=0.3, dwell=0.05, carriage_error=1e-4, carriage_draws=300)
 
 
@@ -86,10 +86,10 @@ def test_more_than_the_motor_has_is_a_no_and_the_longer_move_is_possible(measure
 @pytest.mark.parametrize(
     ("drive", "words"),
     [
-        (load_drive("elevator"), "this drive has 2"),
-        (load_drive("ropeway"), "this drive has 24"),
-        (load_drive("camera-line"), "an open line"),
-        (load_drive("dissertation-transporter"), "add motor.inertia"),
+        (load_drive("elevator").listed, "this drive has 2"),
+        (load_drive("ropeway").listed, "this drive has 24"),
+        (load_drive("camera-line").listed, "an open line"),
+        (load_drive("dissertation-transporter").listed, "add motor.inertia"),
         (replace(BELT, carriage=(replace(BELT.carriage[0], guided=False),)), "set guided = true"),
         (replace(BELT, sensors=replace(BELT.sensors, motor_encoder=None)), "fit one"),
         (replace(BELT, sensors=replace(BELT.sensors, delay=0.01)), "a lag of 10 ms"),
@@ -104,7 +104,7 @@ def test_a_drive_that_the_law_does_not_cover_is_refused_with_the_reason(drive, w
 
 def test_the_joint_of_a_stiff_axis_is_added_to_every_error():
     """25 kg on a belt behind a gear: windup of the joint, and 7 arc minutes of backlash at 25 mm."""
-    axis = load_drive("linear-axis")
+    axis = load_drive("linear-axis").listed
     assert carriage.missing_for_carriage(axis) == ()
     left_out = carriage.carriage_model(axis, goals_for(axis, Goals(travel=1.0, duration=1.3))).left_out
     backlash = axis.motor.backlash * axis.drive_pulley.radius
@@ -117,8 +117,12 @@ def test_the_joint_of_a_stiff_axis_is_added_to_every_error():
     [
         (BELT, Goals(error=0.01), "error = 0.573 deg is an angle"),
         (BELT, Goals(travel=0.3), "travel = 0.3 m takes the carriage from 0.2 m to 0.5 m"),
-        (load_drive("dissertation-3"), Goals(travel=0.3), "travel refers to a carriage"),
-        (load_drive("dissertation-3"), Goals(carriage_error=1e-3), "error, a length, refers to a carriage"),
+        (load_drive("dissertation-3").listed, Goals(travel=0.3), "travel refers to a carriage"),
+        (
+            load_drive("dissertation-3").listed,
+            Goals(carriage_error=1e-3),
+            "error, a length, refers to a carriage",
+        ),
     ],
 )
 def test_goals_of_another_machine_are_refused(drive, goals, words):
@@ -152,9 +156,9 @@ def test_a_quarter_of_the_tension_is_lost_in_twice_the_time():
 
 # --- What a study says of the error of a carriage holds on plants that it never drew
 CASES = {
-    "belt": (load_drive("printer-belt"), Goals(travel=0.1, duration=0.6, dwell=0.3)),
+    "belt": (load_drive("printer-belt").listed, Goals(travel=0.1, duration=0.6, dwell=0.3)),
     "hanging": (
-        scaled_transporter(load_drive("dissertation-transporter")),
+        scaled_transporter(load_drive("dissertation-transporter").listed),
         Goals(
             travel=1.0,
             duration=2.5,

@@ -65,7 +65,7 @@ def test_a_measured_response_stands_over_the_computed_one(studio):
     np.testing.assert_allclose(found["computed"], 1 / (inertia * omega**2), rtol=0.02)
     assert found["frequency_hz"] == hertz[1:]
     assert found["output"] == "motor angle"
-    carried, belt = load_drive("dissertation-transporter").listed, load_drive("printer-idlers").listed
+    carried, belt = load_drive("dissertation-transporter").listed, load_drive("printer-idlers")
     found = studio.get("/studies/1/response?drive=dissertation-transporter").json()
     inertia = rigid_mass(carried) * carried.drive_pulley.radius**2
     np.testing.assert_allclose(found["computed"], 1 / (inertia * omega**2), rtol=0.02)

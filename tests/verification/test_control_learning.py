@@ -15,7 +15,7 @@ from cabledrive.rig.margins import expected_bound
 from cabledrive.rig.plant_samples import sampled_chain, sampled_loops
 from rig_runs import loop_of, track
 
-DRIVE = load_drive("dissertation-3")
+DRIVE = load_drive("dissertation-3").listed
 TWO = Motion(pulses=2)
 DRAWS, SEED = 1000, 2027
 WHOLE = pytest.param(DRAWS, marks=pytest.mark.verify)
@@ -124,7 +124,7 @@ def test_beta_after_one_pulse_and_the_coverage_of_its_interval(draws, rubbing, m
 @pytest.mark.verify
 @pytest.mark.parametrize("gains", ["printed", "best"])
 def test_cable_of_438_under_a_design_for_850(gains, measured):
-    soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=438"])
+    soft = load_drive("dissertation-3", overrides=["lumped.cable_stiffness=438"]).listed
     said = [
         track(DRIVE, controller="darc-indirect", plant_drive=soft, motion=TWO, seed=seed, gains=gains).summary
         for seed in range(32)
@@ -147,7 +147,7 @@ def test_cable_of_438_under_a_design_for_850(gains, measured):
 )
 def test_making_the_law_anew_gives_no_bump_at_any_phase(gains, stiffness, phases, measured):
     """The 0.1 s after the rebuilding beside the 0.1 s before it, under a design for 850 N/m."""
-    plant = load_drive("dissertation-3", overrides=[f"lumped.cable_stiffness={stiffness}"])
+    plant = load_drive("dissertation-3", overrides=[f"lumped.cable_stiffness={stiffness}"]).listed
     law = {"controller": "darc-indirect", "plant_drive": plant, "motion": TWO, "gains": gains}
     errors = np.degrees([np.abs(track(DRIVE, seed=seed, **law).error) for seed in phases])
     before, after = errors[:, 9500:10_500].reshape(-1, 2, 500).max(axis=2).T

@@ -20,7 +20,7 @@ from cabledrive.studies.study.plants import load_case
 from study_drives import drive_of, judged_with
 from true_plants import errors, log_text, truth_of
 
-GEARED, RIGID = load_drive("dissertation-3"), drive_of("turntable")
+GEARED, RIGID = load_drive("dissertation-3").listed, drive_of("turntable")
 GEARED = replace(GEARED, sensors=replace(GEARED.sensors, sample_rate=2000.0))
 DRIVES = {"geared": GEARED, "rigid": RIGID}
 MOTIONS = {"geared": (30.0, 0.4), "rigid": (30.0, 0.3)}

@@ -14,6 +14,7 @@ from cabledrive.parameters.drive_file import (
 )
 from cabledrive.parameters.drive_parts import Carriage, Goal, Layout, Lumped, Motor, Pulley, Sensors
 from cabledrive.parameters.errors import InputRefused, NotComputed
+from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.schema import content_hash, drive_schema
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "InputRefused",
     "Layout",
     "Lumped",
+    "Machine",
     "Motor",
     "NotComputed",
     "Pulley",

@@ -22,6 +22,7 @@ from cabledrive.mechanics.holding import released
 from cabledrive.mechanics.network import network_of
 from cabledrive.parameters import InputRefused, NotComputed
 from cabledrive.parameters.arrays import Array
+from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.route import Machine
 from cabledrive.reduction.threshold import lost_square
 from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
@@ -106,8 +107,11 @@ class AlarmResult(Result):
     poses: int = 1
 
 
-def alarm(drive: Machine, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4) -> AlarmResult:
+def alarm(
+    drive: Machine | Drive, motion: PlannedMotion, *, floor: float = 1e-5, limit: float = 5e-4
+) -> AlarmResult:
     """Whether a motion makes transverse vibrations grow from a ``floor`` beyond a ``limit`` [m]."""
+    drive = drive.machine
     if not 0.0 < floor < limit:
         raise InputRefused(f"floor = {floor:.4g} m must be above 0 and below limit = {limit:.4g} m")
     prepared = prepare(released(drive), motion, floor=floor)  # as torque controllers see it

@@ -28,7 +28,7 @@ from cabledrive.studies.study.knowledge_stage import usable_log
 
 def as_plain(value: Any) -> Any:
     """What JSON can hold of a result, without loss; fields that no comparison sees are left out."""
-    if isinstance(value, Machine):
+    if isinstance(value, Machine | Drive):
         axis = getattr(value, "chain_of", None)
         return tables_from_drive(value) | ({"axis": as_plain(axis)} if axis else {})
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
