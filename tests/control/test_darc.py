@@ -230,7 +230,6 @@ def test_bounds_of_the_offset_do_not_depend_on_its_sign():
 
 
 ROWS = [
-    (lambda: darc.darc_gains(2, 5.0), ["5", "12 Hz"]),
     (lambda: darc.darc_gains(4, -3.0), ["-3", "above 0"]),
     (lambda: darc.darc_gains(4, float("nan")), ["nan", "above 0"]),
     (

@@ -1,5 +1,7 @@
 """Kernels whose numbers go by a place or a load, and the start of a controller on a target."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,7 +21,7 @@ from cabledrive.control.numbers import (
     LawNumbers,
     ObserverNumbers,
 )
-from cabledrive.control.observers import Sampling, correct, gain_schedule, kalman_filter
+from cabledrive.control.observers import KalmanTuning, Sampling, correct, gain_schedule, kalman_filter
 from cabledrive.export.translation.source import interpreted
 from control_chains import INTERVAL, model
 
@@ -167,6 +169,25 @@ def test_a_settled_gain_ends_the_schedule():
     gains = gain_schedule(one, one, one, one, 100.0 * one)
     assert 100 < len(gains) < 400
     assert gains[-1, 0, 0] == pytest.approx((np.sqrt(5.0) - 1.0) / 2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("mass", [1e-6, 1e6])
+def test_the_gains_of_a_filter_do_not_depend_on_the_unit_of_mass(mass):
+    """That of the disturbance is N m per rad: it counted for nothing in mN m, and alone in MN m."""
+    chain = replace(model(3), coulomb=(0.0, 0.0), offsets=(0.0, 0.0))
+    names = ("inertias", "viscous", "stiffness", "damping")
+    heavy = replace(chain, **{name: tuple(mass * one for one in getattr(chain, name)) for name in names})
+    tuning = KalmanTuning(torque=1e-6, disturbance=1e-4)
+    heavier = replace(tuning, torque=mass**2 * tuning.torque, disturbance=mass**2 * tuning.disturbance)
+    own, other = (
+        kalman_filter(
+            one, [(0, 1e-3), (1, 1e-3)], Sampling(interval=INTERVAL), chosen=[0, 1], tuning=noise
+        ).gains
+        for one, noise in ((chain, tuning), (heavy, heavier))
+    )
+    assert other.shape == own.shape
+    other[:, 2 * chain.size] /= mass
+    np.testing.assert_allclose(other, own, rtol=1e-6, atol=1e-9 * np.abs(own).max())
 
 
 # --- Commands of the laws that learn against their formulas in matrices

@@ -309,3 +309,14 @@ def test_errors_of_repetitions_are_of_the_load_where_the_pulleys_differ():
     made = track(drive, controller="lqg", bandwidth=15.0, motion=Motion(order=11), seed=3, repeat=2)
     for one in made.summary["repeated"]["repetitions"]:
         assert 0.2 < one["encoder_rms_deg"] / one["peak_error_deg"] < 1.0
+
+
+@pytest.mark.parametrize("name", [LOAD_LEARNING, CHANGING])
+def test_no_friction_is_learnt_where_the_motor_has_none(name):
+    """Up to 2e-9 N m was, which a machine of some uN m felt."""
+    none = ("motor.coulomb_friction=0", "motor.viscous_friction=0")
+    drive = load_drive("dissertation-3", overrides=[*none, "pulley.0.viscous_friction=0"])
+    found = track(drive, controller=name, bandwidth=10.0, motion=Motion(angle=20.0, rise=0.3, dwell=0.1))
+    assert found.summary["gains"]["upper_bounds"][:2] == [0.0, 0.0]
+    assert np.all(found.estimates[:, :2] == 0.0)
+    assert np.ptp(found.estimates[:, 2]) > 0.0

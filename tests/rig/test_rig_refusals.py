@@ -23,6 +23,7 @@ from cabledrive.rig.plant_samples import Disturbances, disturbances_of, disturbe
 from cabledrive.rig.setting import parse_disturbance, parse_encoder_dropout
 from cabledrive.rig.tuning import design
 from command import refused
+from other_units import in_other_units
 from rig_runs import loop_of, scaled_transporter
 
 DRIVE = cd.load_drive("dissertation-3").listed
@@ -297,3 +298,21 @@ def test_what_is_no_controller_file_is_named(text, tmp_path):
     if text is not None:
         Path(path).write_text(text)
     refused(lambda: track(DRIVE, controller=path, motion=SHORT), "controller.json")
+
+
+@pytest.mark.parametrize("time", [0.01, 1.0, 10.0])
+@pytest.mark.parametrize(("law", "least"), [("darc-2", 11.6), ("darc-4", 11.2), ("backstepping-6", 11.3)])
+def test_the_least_bandwidth_of_a_law_is_that_of_the_drive(law, least, time):
+    """12 Hz was that of `darc-2` on every drive, and from 200 Hz on no law was refused."""
+    drive = in_other_units(DRIVE, (1.0, 1.0, time))
+    moving = Motion(angle=5.0, rise=0.3 * time, dwell=0.1 * time, order=11)
+    wanted = DesignSpec(drive, moving, bandwidth=0.9 * least / time)
+    line = refused(lambda: design(law, wanted), f"Hz, where {law} is unstable on this drive")
+    assert float(line.split("below ")[1].split()[0]) * time == pytest.approx(least, rel=0.015)
+    assert design(law, replace(wanted, bandwidth=1.1 * least / time)).name == law
+
+
+def test_a_law_that_no_bandwidth_makes_stable_is_refused():
+    slow = replace(DRIVE, sensors=replace(DRIVE.sensors, sample_rate=200.0))
+    wanted = DesignSpec(slow, Motion(order=11), bandwidth=4.0)
+    refused(lambda: design("darc-2", wanted), "darc-2 is unstable on this drive", "up to 10 Hz")

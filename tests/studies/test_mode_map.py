@@ -105,6 +105,25 @@ def test_the_rates_of_a_machine_do_not_depend_on_units(length):
         rates(in_other_units(drive, (1.0, length, 1.0)), "motor a")
 
 
+@pytest.mark.parametrize("by", [(10.0, 1.0, 1.0), (1.0, 1e3, 1.0), (1.0, 1.0, 1e-3)])
+def test_zones_and_branches_of_a_symmetric_machine_do_not_depend_on_units(by):
+    """Round-off chose between its two belts: which mode a branch is named after, and which zone is first."""
+    given, (_, length, time) = cd.load_drive("corexy"), by
+    order = Order(name="teeth", pulley="motor a", number=200)
+
+    def found(drive, m=1.0, s=1.0):
+        places, speed = np.linspace(0.06, 0.36, 3) * m, (0.02 * m / s, 0.3 * m / s)
+        return excitation(Grid(drive, {"head.x": places}), [order], ("head.x", *speed))
+
+    own, other = found(given), found(in_other_units(given, by), length, time)
+    assert [(zone.mode, zone.place_low * length) for zone in own.zones] == [
+        (zone.mode, pytest.approx(zone.place_low)) for zone in other.zones
+    ]
+    assert [branch.name for branch in other.branches] == [branch.name for branch in own.branches]
+    for one, again in zip(own.branches, other.branches, strict=True):
+        assert again.hertz * time == pytest.approx(one.hertz, rel=1e-6), one.name
+
+
 SHEAVE = Order(name="sheave", pulley="traction sheave")
 
 

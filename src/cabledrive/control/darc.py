@@ -26,8 +26,6 @@ from cabledrive.reduction.lumped_chain import LumpedChain
 PRINTED_HZ = {1: (5.0, 5.0 * 13.0 / 11.0), 2: (22.0, 26.0), 3: (11.0, 13.0), 4: (23.0, 25.0)}
 """Lambda/(2 pi) and K_sigma/(2 pi mu); printed for Models 3 and 4, for Model 2 lambda alone, not for 1."""
 RATIO = {1: 13.0 / 11.0, 2: 13.0 / 11.0, 3: 13.0 / 11.0, 4: 25.0 / 23.0}
-LEAST_HZ = {2: 12.0}
-"""Below this bandwidth the law is unstable on the drive it is made for, whatever else is done."""
 
 # Bounds of sections 6.5.1 and 6.6.1 over the values of Table 4.1: p2 with a rigid and with a flexible joint,
 # p3, p4; p5 over the Coulomb friction.
@@ -79,16 +77,10 @@ class DarcGains:
 
 
 def darc_gains(model: int, bandwidth: float | None = None, *, adaptation_share: float = 1.0) -> DarcGains:
-    """Printed gains of a model, or their proportions at another bandwidth [Hz], above 0 and `LEAST_HZ`."""
+    """Printed gains of a model, or their proportions at another bandwidth [Hz], above 0."""
     lam, rate = PRINTED_HZ[model] if bandwidth is None else (bandwidth, RATIO[model] * bandwidth)
-    least = LEAST_HZ.get(model, 0.0)
     if not isfinite(lam) or lam <= 0.0:
         raise InputRefused(f"bandwidth = {lam:.6g} Hz must be finite and above 0, or the surface is unstable")
-    if lam < least:
-        raise InputRefused(
-            f"bandwidth = {lam:.4g} Hz is below {least:.4g} Hz, where the law of Model {model} is unstable "
-            "on a flexible drive (it feeds the twist back positively): raise it"
-        )
     return DarcGains(
         bandwidth=2.0 * pi * lam, sliding_rate=2.0 * pi * rate, adaptation_share=adaptation_share
     )

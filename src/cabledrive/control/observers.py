@@ -123,7 +123,7 @@ def kalman_filter(
         gains = settled_gain(transition, noise, output, np.diag(variance))
     else:  # from rest: angles within the last encoder's count, offsets within both counts
         diagonal = np.zeros(size)
-        diagonal[2 * n] = (chain.coulomb[0] + abs(chain.offsets[0])) ** 2 + 1e-12
+        diagonal[2 * n] = (chain.coulomb[0] + abs(chain.offsets[0])) ** 2
         diagonal[2 * n + 1 :] = variance[: len(walks)] + variance[-1]
         start = np.diag(diagonal)
         start[:n, :n] = variance[-1]
@@ -206,8 +206,10 @@ def gain_schedule(transition: Array, noise: Array, output: Array, reading: Array
         carried = transition @ gain
         kept = transition - carried @ output
         covariance = kept @ covariance @ kept.T + carried @ reading @ carried.T + noise
-        if k > 100 and k % 10 == 0 and np.abs(gain - gains[k - 100]).max() <= SETTLED * np.abs(gain).max():
-            return gains[: k + 1].copy()
+        if k > 100 and k % 10 == 0:  # in deviations of readings and states, of which each has another unit
+            size = np.sqrt(np.diag(reading) / np.maximum(np.diag(covariance), 1e-300)[:, None])
+            if (size * np.abs(gain - gains[k - 100])).max() <= SETTLED * (size * np.abs(gain)).max():
+                return gains[: k + 1].copy()
     return gains
 
 

@@ -10,9 +10,10 @@ from cabledrive.export.source import lumped_models
 from cabledrive.parameters import Drive, InputRefused, content_hash
 from cabledrive.parameters.files import require_regular
 from cabledrive.parameters.version import __version__
-from cabledrive.reduction.lumped_chain import LumpedChain
+from cabledrive.reduction.lumped_chain import LumpedChain, natural_frequencies_of
 
-STEP = 1e-4
+STEP, RADIANS = 1e-4, 0.25
+"""Largest step for MuJoCo [s], and turn of the fastest mode in one, which diverges from 2 on."""
 NO_PUSH = -1e6  # length below which a tendon would push: never reached
 LINES = (
     "Angles are those of each shaft [rad], torques in N m. A tendon is a link: its stretch is r1 q1 - r2 q2.",
@@ -31,7 +32,9 @@ def mjcf(drive: Drive, chain: LumpedChain, name: str) -> str:
     root.append(Tree.Comment(f" cabledrive {__version__}, drive {content_hash(drive)} "))
     for line in LINES:
         root.append(Tree.Comment(f" {line} "))
-    Tree.SubElement(root, "option", timestep=f"{STEP}", gravity="0 0 0", integrator="implicitfast")
+    fastest = float(natural_frequencies_of(chain).max(initial=RADIANS / STEP))
+    step = {"timestep": f"{RADIANS / fastest:.4g}"}
+    Tree.SubElement(root, "option", step | {"gravity": "0 0 0", "integrator": "implicitfast"})
     world = Tree.SubElement(root, "worldbody")
     for i, shaft in enumerate(chain.names):
         body = Tree.SubElement(world, "body", name=shaft, pos=f"0 0 {0.2 * i:g}")

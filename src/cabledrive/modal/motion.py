@@ -45,7 +45,7 @@ class Mode(Shape):
     def where(self) -> tuple[str, str, tuple[float, float] | None]:
         """Of a transverse mode: span, direction, section; "both" where it is shared by both spans."""
         shares = {place: share for place, share in self.places.items() if place[1] != ALONG}
-        span, way, section = max(shares, key=lambda place: shares[place])
+        span, way, section = max(shares, key=lambda place: round(shares[place], 9))  # of equal ones the first
         if self.network.by_span:
             return span, way, section
         total = sum(shares.values())

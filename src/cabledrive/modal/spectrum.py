@@ -261,9 +261,9 @@ def _counted(parts: list[_Part], omega: float, kinds: set[str] | None = None) ->
 
 
 def order_of(mode: Mode) -> tuple[float, str, bool, tuple[float, ...], str, str]:
-    """Key that sorts modes by frequency, then kind, place and plane."""
+    """Key that sorts modes by frequency, to twelve digits, then kind, place and plane."""
     return (
-        mode.frequency,
+        float(f"{mode.frequency:.12g}"),
         mode.kind,
         mode.span != "upper",
         mode.section or (),

@@ -164,7 +164,9 @@ def excitation(
         for order in orders
         for branch in branches
     )
-    zones = sorted((zone for zone in met if zone), key=lambda zone: (-zone.weight, zone.low))
+    zones = sorted(
+        (zone for zone in met if zone), key=lambda zone: (-round(zone.weight, 9), float(f"{zone.low:.9g}"))
+    )
     return Campbell(
         key=axes[0].keys[0],
         places=places,
@@ -205,7 +207,7 @@ def _branches(points: Sequence[dict[str, Any]]) -> Iterator[Branch]:
                  for point, mode in zip(points, listed, strict=True)]
             )  # fmt: skip
             found = [mode for mode in listed if mode is not None]
-            heaviest = max(found, key=lambda mode: mode.share)
+            heaviest = max(found, key=lambda mode: round(mode.share, 9))  # of equal ones the first
             name = f"{group}, mode {n + 1}" if kind == "transverse" else f"{heaviest.name} ({n + 1})"
             weight = 1.0 / (n + 1) if kind == "transverse" else heaviest.share
             yield Branch(kind=kind, name=name, hertz=hertz, weight=weight)

@@ -114,7 +114,7 @@ def distinct(_: Machine, found: Modes | None, below: float) -> dict[str, Any]:
         if mode.frequency < STILL * below:
             continue
         shares = {key: own for key, own in mode.kinetic_shares.items() if key != "cable"}
-        name, share = max(shares.items(), key=lambda own: own[1], default=(mode.family, 0.0))
+        name, share = max(shares.items(), key=lambda own: round(own[1], 9), default=(mode.family, 0.0))
         group = (mode.span or "") if mode.kind == "transverse" else ""
         before = next((own for own in reversed(listed) if (own.kind, own.group) == (mode.kind, group)), None)
         if before is None or abs(mode.frequency - before.hertz) > SAME * mode.frequency:
@@ -217,7 +217,7 @@ def coordinates_of(drive: Machine) -> tuple[str, ...]:
 
 def frequency_of_coordinate(found: Modes, name: str) -> float:
     """Frequency of the listed mode in which a coordinate has the largest share of the energy; else NaN."""
-    shares = [(m.kinetic_shares.get(name, 0.0), -m.frequency) for m in found.modes if not m.clamped]
+    shares = [(round(m.kinetic_shares.get(name, 0.0), 9), -m.frequency) for m in found.modes if not m.clamped]
     share, frequency = max(shares, default=(0.0, np.nan))
     return -frequency if share > 0.0 else float("nan")
 

@@ -179,7 +179,7 @@ def make_pair(
         margin=MARGIN_SHARE * preload,
         remaining=exp(-SLOWER * natural * rig.interval),
         damper=max(2.0 * DAMPING * natural * inertia - viscous, 0.0),
-        coulomb=max(coulomb, 1e-9),
+        coulomb=coulomb,
     )
     random = options.encoder_phase == "random" and not options.ideal_sensors
     phase, held = generator.uniform(-0.5, 0.5), generator.uniform(-1.0, 1.0)

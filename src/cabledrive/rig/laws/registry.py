@@ -121,10 +121,14 @@ def needed_order(name: str, drive: Drive) -> int:
     return max(DISSERTATION_ORDER, 4 * inertias - 1)
 
 
+LARGEST_SHARE = 1.0 / 20.0
+"""Of the sample rate, for a bandwidth."""
+
+
 def check_sample_rate(controller: Controller, interval: float) -> None:
     """Refuse a bandwidth that the sample rate does not carry; ``interval``: sample time [s]."""
     hertz = float(controller.gains.get("bandwidth_hz") or 0.0)
-    if hertz * interval > 1.0 / 20.0:
+    if hertz * interval > LARGEST_SHARE:
         said = f"sensors.sample_rate = {1.0 / interval:.6g} Hz is below 20 times the bandwidth {hertz:.4g} Hz"
         raise InputRefused(f"{said}: sample faster, or lower --bandwidth")
 
@@ -164,30 +168,34 @@ def poles_of(chain: LumpedChain, controller: Controller) -> list[tuple[float, fl
     return [(abs(v) / (2.0 * pi), float(-v.real / abs(v)) if abs(v) else 1.0) for v in kept]
 
 
-HIGHEST_HZ = 200.0
+UNSTABLE = {
+    2: ("it feeds the twist back positively", "raise it"),
+    4: ("its feedback leaves the damping of the cable out", "raise it, or take darc-4-damped"),
+}
+"""Why a law of a model is unstable at low bandwidths, and what to do."""
 
 
 def check_least_bandwidth(
     law: Callable[[DesignSpec], Controller], made: Controller, spec: DesignSpec
 ) -> None:
-    """Refuse a bandwidth below which a law of Model 4 without dampers is unstable on its own drive."""
-    hertz = spec.bandwidth
-    one_of_them = made.law.kind == BACKSTEPPING or not (made.damped or made.flat is None)
-    if hertz is None or made.model != 4 or not one_of_them or _stable(made, spec):
+    """Refuse a bandwidth at which a law of Model 2, or of 4 without dampers, is unstable on its own drive."""
+    hertz, highest = spec.bandwidth, LARGEST_SHARE / spec.interval
+    undamped = made.law.kind == BACKSTEPPING or not (made.damped or made.flat is None)
+    if hertz is None or not (made.model == 2 or (made.model == 4 and undamped)) or _stable(made, spec):
         return
-    high = hertz
+    (why, remedy), high = UNSTABLE[made.model], hertz
+    asked, said = f"bandwidth = {hertz:.4g} Hz", f"{made.name} is unstable on this drive ({why})"
     while not _stable(law(replace(spec, bandwidth=high)), spec):
         high *= 1.5
-        if high > HIGHEST_HZ:
-            return
+        if high > highest:
+            raise InputRefused(
+                f"{asked}: {said} up to {highest:.4g} Hz, what its samples carry: take another law"
+            )
     low = high / 1.5
     while high - low > 0.01 * high:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if _stable(law(replace(spec, bandwidth=middle)), spec) else (middle, high)
-    raise InputRefused(
-        f"bandwidth = {hertz:.4g} Hz is below {high:.3g} Hz, where {made.name} is unstable on this drive "
-        "(its feedback leaves the damping of the cable out): raise it, or take darc-4-damped"
-    )
+    raise InputRefused(f"{asked} is below {high:.3g} Hz, where {said}: {remedy}")
 
 
 def _stable(made: Controller, spec: DesignSpec) -> bool:
