@@ -178,3 +178,36 @@ def test_what_is_no_such_machine_is_refused_with_the_part_in_the_way(change, sai
     machine = change(elsewhere(uneven(), *WAYS[1]))
     assert machine.two_pulleys is None
     refused(lambda: two_pulleys_of(machine, "the map"), "the map takes one cable between two pulleys", said)
+
+
+@pytest.mark.parametrize("name", cd.packaged_drives("loop", "line"))
+def test_a_machine_changed_in_python_keeps_all_that_its_file_says(name):
+    """Measured stiffness and carriages that move together, too, of which a file of routes knows nothing."""
+    machine = cd.load_drive(name)
+    listed, found = machine.two_pulleys, replace(machine, title="another").two_pulleys
+    for key in ("kind", "name", "pulley", "motor", "lumped", "sensors", "goal", "excitation", "called"):
+        assert getattr(found, key) == getattr(listed, key), key
+    for key in ("span_length", "pulley_distance"):
+        assert getattr(found, key) == pytest.approx(getattr(listed, key), rel=1e-15), key
+    for one, other in zip(found.carriage, listed.carriage, strict=True):
+        assert one.position == pytest.approx(other.position, rel=1e-14)
+        assert replace(one, position=other.position) == other
+    assert found.cable.axial_rigidity == listed.cable.axial_rigidity
+    assert (found.layout.gravity, found.layout.inclination) == (
+        listed.layout.gravity,
+        listed.layout.inclination,
+    )
+
+
+def test_functions_take_a_machine_or_its_drive():
+    """The same answer, byte for byte, of the machine and of the drive that its file lists."""
+    machine = cd.load_drive("dissertation-2")
+    drive = machine.two_pulleys
+    assert cd.content_hash(machine) == cd.content_hash(drive)
+    assert cd.drive_warnings(machine) == cd.drive_warnings(drive)
+    assert repr(cd.resonance(machine, torque=0.1)) == repr(cd.resonance(drive, torque=0.1))
+    one, other = (cd.natural_frequencies(own, count=4) for own in (machine, drive))
+    assert (one == other).all()
+    run, again = (cd.simulate(own, 0.01, torque=0.1) for own in (machine, drive))
+    assert run.provenance == again.provenance
+    assert (run.midpoint("upper") == again.midpoint("upper")).all()
