@@ -8,8 +8,7 @@ import numpy as np
 from harness import side_by_side, table
 
 import cabledrive as cd
-from cabledrive.parameters import Drive
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Drive, Machine
 from cabledrive.parameters.route.parts import Rope, Route, RoutedCarriage, RoutedPulley, RouteLayout
 from cabledrive.simulation import Pluck, Recording, Scheme, Sine, Start
 from cabledrive.studies.mode_map import map_modes

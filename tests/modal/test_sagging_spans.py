@@ -13,7 +13,7 @@ from cabledrive.modal.natural import straight_limit
 from cabledrive.modal.ranges import sag_words
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,

@@ -7,8 +7,7 @@ from cabledrive.app.resonances import indented
 from cabledrive.app.results import Answer, provenance
 from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal.lowest import DERIVED, LOWEST
-from cabledrive.parameters import content_hash
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine, content_hash
 from cabledrive.parameters.route.two_pulleys import as_machine, two_pulleys_of
 from cabledrive.report.blocks import table_text
 from cabledrive.report.machine.data import data_sheet, derived_table, machine_warnings

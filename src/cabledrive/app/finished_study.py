@@ -7,9 +7,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, Machine, content_hash
 from cabledrive.parameters.files import check_folder_writable, intact_object, require_regular
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.version import __version__
 
 RESULTS, REPORT, STAGES = "results.json", "report.html", "stages"

@@ -15,8 +15,7 @@ from cabledrive.identification.tension.both import tension_of_both
 from cabledrive.identification.tension.family_fit import PINGED
 from cabledrive.identification.tension.recording import read_ping
 from cabledrive.identification.tension.strings import compared, tensions_of_spans
-from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import InputRefused, Machine, load_drive
 from cabledrive.report.blocks import listed, table_text
 
 INTERVAL = Keys("unit value low high", dict.fromkeys(("value", "low", "high"), ".reason"), of=Estimate)

@@ -6,9 +6,8 @@ import numpy as np
 
 from cabledrive.answers.figures import Row
 from cabledrive.answers.keys import Keys
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.keys import quantity_of
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import listed, table_text
 from cabledrive.report.machine.tables import zones_table

@@ -25,8 +25,7 @@ from cabledrive.app.results import (
     provenance,
     show,
 )
-from cabledrive.parameters import Drive, InputRefused, NotComputed, load_drive, packaged_drives
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed, load_drive, packaged_drives
 from cabledrive.parameters.terminal import on_a_terminal
 from cabledrive.parameters.units import to_si
 

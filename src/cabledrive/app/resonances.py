@@ -10,7 +10,7 @@ from cabledrive.answers.keys import Keys
 from cabledrive.answers.runs import ALARMED
 from cabledrive.mechanics.datasheet import largest_pretension, warnings_of_rest
 from cabledrive.mechanics.holding import HOLDING
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 from cabledrive.reduction.autoparametric import autoparametric_model
 from cabledrive.reduction.threshold import InstabilityMargin, required_detuning
 from cabledrive.report.blocks import listed, table_text

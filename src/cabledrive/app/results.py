@@ -13,9 +13,8 @@ import click
 
 from cabledrive.answers.keys import NOT_FINITE
 from cabledrive.app.failures import colours, note, watched_output
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, Machine, content_hash
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.version import __version__
 
 if TYPE_CHECKING:

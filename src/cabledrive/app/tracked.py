@@ -10,8 +10,7 @@ from cabledrive.answers.keys import Keys
 from cabledrive.answers.runs import WOUND
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters import InputRefused, load_drive
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import InputRefused, Machine, load_drive
 from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:

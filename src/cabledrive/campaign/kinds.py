@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from cabledrive.campaign.computation import FLAG, LIST, TEXT, Found, Kind, Output, Row, declared, padded
 from cabledrive.campaign.rows import plain_value
 from cabledrive.campaign.spec import GOALS, MOTION, PLANT, CampaignSpec, settings_of
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.keys import varied_together
-from cabledrive.parameters.route.drive import Machine
 
 if TYPE_CHECKING:
     from cabledrive.modal.batch import ChainBatch

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from cabledrive.campaign.computation import Computation, NamedComputation, named_computation, values_of
 from cabledrive.campaign.design import Design, design_of
 from cabledrive.campaign.vary import Axis, axes_of, varied_keys
-from cabledrive.parameters import InputRefused, content_hash, load_drive
+from cabledrive.parameters import InputRefused, Machine, content_hash, load_drive
 from cabledrive.parameters.fields import described, meaning, require_known
 from cabledrive.parameters.keys import unit_in_file
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.toml_values import read_toml, table_of, text_of, whole_of
 
 TABLES = ("drive", "vary", "design", "compute", "motion", "goals")

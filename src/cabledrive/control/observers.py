@@ -58,8 +58,7 @@ class KalmanTuning:
     disturbance: float = 1e-2  # of the rate of the disturbance [(N m)^2 / s]
     load_acceleration: float = 0.0  # at the last inertia [(rad/s^2)^2 s]
     offsets: tuple[float, ...] = (1e-6, 1e-7)
-    """Of the rate of each offset, from the motor's encoder on; the last encoder has none [rad^2/s]. None at
-    all where empty."""
+    """Of the rate of each offset from the motor's encoder on [rad^2/s]; the last has none, none if empty."""
     cancels: bool = False  # whether the law subtracts the estimated disturbance
     friction_slope: float = 20.0  # K of c tanh(K w) in the friction taken off the torque, at most [s/rad]
 

@@ -20,9 +20,8 @@ from cabledrive.export.translation.program import Program
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
-from cabledrive.parameters import InputRefused, NotComputed, content_hash
+from cabledrive.parameters import InputRefused, Machine, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.modal_cable import ModalCable, modal_cable
 from cabledrive.reduction.stretch_kernels import (

@@ -10,8 +10,7 @@ import numpy as np
 
 from cabledrive.control.numbers import BY_LOAD, HIGH, LOW, SCHEDULED
 from cabledrive.control.own_controller import OwnController
-from cabledrive.parameters import Drive, InputRefused, content_hash, load_drive
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import Drive, InputRefused, Machine, content_hash, load_drive
 from cabledrive.reduction.lumped_chain import LumpedChain, highest_model, lumped_model
 from cabledrive.reduction.network_axis import as_axis, axis_notes
 from cabledrive.rig.closed_loop.loop import Loop, close_loop

@@ -14,10 +14,10 @@ from cabledrive.mechanics.network.span_table import ELASTIC_RULE, route_warnings
 from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import lumped_cable_mode
+from cabledrive.parameters import Machine
 from cabledrive.parameters.cable import Rope
 from cabledrive.parameters.drive import PART_NAMES, Drive
 from cabledrive.parameters.fields import described
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 CABLE, TORQUE, REST, INERTIAS = "Cable", "Torque", "At rest", "Inertias"

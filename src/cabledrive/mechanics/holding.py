@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import Drive, InputRefused
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.machine import MachineBase
 
 DRIVE_PULLEY = "drive pulley"

@@ -25,9 +25,9 @@ from cabledrive.mechanics.network.motion import OUT_OF_PLANE, Motion
 from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.rest import statics_under
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array, Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import Machine
 
 FEWEST_SEGMENTS = 3
 MOST_SEGMENTS = 1_000_000

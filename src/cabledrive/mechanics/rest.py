@@ -20,11 +20,9 @@ from cabledrive.answers.result import Result
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import Statics, statics_of
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import Machine
 
 
 @described

@@ -10,8 +10,7 @@ from cabledrive.mechanics import DerivedQuantities, derived_quantities
 from cabledrive.mechanics.holding import CONDITIONS, FREE, HELD, HOLDING, motor_condition
 from cabledrive.modal.mode import Modes
 from cabledrive.modal.natural import natural_frequencies
-from cabledrive.parameters import NotComputed
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine, NotComputed
 
 NAMES = {motor: f"lowest_frequency_{motor}_hz" for motor in CONDITIONS}
 LOWEST = Keys("number: lowest_frequency_free_hz lowest_frequency_held_hz lowest_frequency_holding_hz?")

@@ -17,9 +17,7 @@ from cabledrive.modal.ranges import ALLOWED, INCOMPLETE, lifted_limit, range_lim
 from cabledrive.modal.route_network import network_at_rest, network_of_routes
 from cabledrive.modal.search import ENCLOSURE
 from cabledrive.modal.spectrum import Spectrum, order_of
-from cabledrive.parameters import InputRefused, content_hash
-from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import Drive, InputRefused, Machine, content_hash
 
 DEFAULT_COUNT = 10
 MOST_MODES = 20_000

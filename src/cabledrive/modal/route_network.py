@@ -17,8 +17,7 @@ from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.networks import ModalNetwork, PieceOfSpan
 from cabledrive.modal.pieces import End, parts_of_piece, straight_above
 from cabledrive.modal.rows import MASS, SPRING
-from cabledrive.parameters import NotComputed
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import Machine, NotComputed
 
 
 def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False) -> ModalNetwork:

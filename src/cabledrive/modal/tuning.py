@@ -33,9 +33,8 @@ from cabledrive.modal.motion import Mode
 from cabledrive.modal.networks import network_of_chain
 from cabledrive.modal.route_network import network_at_rest, network_of_routes
 from cabledrive.modal.spectrum import Spectrum
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 
 TURNING = 1e-6
 """Rim displacement, relative to a rigid motion of all masses, above which a pulley turns in a mode."""

@@ -12,7 +12,7 @@ from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import check_text, kind_of, nearest, written
 from cabledrive.parameters.machine import SCHEMA_VERSION, WORDS, check_count
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.drive import Machine, body_number
 from cabledrive.parameters.route.parts import (
     Anchor,
     Body,
@@ -198,7 +198,7 @@ def _numbered(drive: Machine, data: dict[str, Any]) -> dict[str, Any]:
     """Parts called by number instead of name, so that a hash does not depend on names."""
     for key in ("body", "pulley", "anchor"):
         for part, row in zip(getattr(drive, key), data.get(key, []), strict=False):
-            number = drive.body_number(part.on, key)
+            number = body_number(drive, part.on, key)
             if number is not None:
                 row["on"] = number
     for places, row in zip(drive.places, data["route"], strict=True):

@@ -22,9 +22,8 @@ from cabledrive.mechanics.rest import rest_state
 from cabledrive.mechanics.spans import rigid_mass, transverse_chains
 from cabledrive.modal.shapes import SlopeWave
 from cabledrive.modal.tuning import PulleyMode, pulley_mode, rims_of
-from cabledrive.parameters import Drive
+from cabledrive.parameters import Drive, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction import transverse_sections as across
 from cabledrive.reduction.stretches import StretchModel

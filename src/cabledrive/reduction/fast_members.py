@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction import fast_simulation as fast

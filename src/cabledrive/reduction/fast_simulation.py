@@ -10,11 +10,10 @@ import numpy as np
 from cabledrive.mechanics.cable_laws import cable_law
 from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.network.motion import gravity
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, Machine, content_hash
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
 from cabledrive.parameters.files import check_writable, not_written, one_process
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.drive import ANGLES
 from cabledrive.parameters.route.two_pulleys import NAMES, two_pulleys_of
 from cabledrive.parameters.version import __version__

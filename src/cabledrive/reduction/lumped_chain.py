@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from cabledrive.mechanics.holding import span_stiffness
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 

@@ -13,9 +13,8 @@ from cabledrive.mechanics.network.motion import Row
 from cabledrive.mechanics.network.response import dynamic_stiffness
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import as_machine
 from cabledrive.reduction.fast_simulation import finest_step
 from cabledrive.reduction.network_chain import coupled_modes

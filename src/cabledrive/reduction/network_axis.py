@@ -16,10 +16,9 @@ from cabledrive.mechanics.network.assembly import Network, network_of, relative_
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal.mode import LONGITUDINAL
 from cabledrive.modal.natural import straight_limit
-from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Motor, Pulley
+from cabledrive.parameters import Cable, Drive, InputRefused, Layout, Lumped, Machine, Motor, Pulley
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import Axis
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.parts import RoutedMotor
 from cabledrive.reduction.lumped_chain import first_order
 from cabledrive.reduction.network_chain import MOST_CROSS, NetworkChain, modes_at_rest, network_chains

@@ -29,9 +29,9 @@ from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import Machine
 
 SUM, DIFFERENCE = "sum", "difference"
 MOST_OFF_THE_END = 0.02

@@ -9,9 +9,8 @@ from cabledrive.mechanics.holding import FREE, released
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.response import network_response
 from cabledrive.modal import natural_frequencies
-from cabledrive.parameters import Drive, Lumped
+from cabledrive.parameters import Drive, Lumped, Machine
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction import lumped_chain as chains
 from cabledrive.reduction.network_axis import as_axis, motor_turn
 

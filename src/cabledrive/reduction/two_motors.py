@@ -18,9 +18,9 @@ import numpy as np
 from cabledrive.mechanics.compiled import njit
 from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.statics import Statics, statics_of
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.drive import body_number
 from cabledrive.parameters.route.parts import Body
 
 
@@ -152,7 +152,7 @@ def winched_machine(drive: Machine) -> TwoMotorMachine:
 def _checked_body(drive: Machine) -> Body:
     """The one body that both lines end at; refused: what these numbers cannot hold."""
     anchors = [drive.anchor[_ends(drive, number)[1] or 0] for number in range(2)]
-    bodies = {drive.body_number(anchor.on, anchor.name) for anchor in anchors}
+    bodies = {body_number(drive, anchor.on, anchor.name) for anchor in anchors}
     if len(bodies) > 1 or None in bodies:
         raise InputRefused("both lines must end at one body: put both anchors on it (anchor.on)")
     if len(drive.body) > 1:

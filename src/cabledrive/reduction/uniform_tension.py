@@ -28,9 +28,8 @@ from cabledrive.mechanics.holding import FREE, modal_losses, motor_condition
 from cabledrive.mechanics.spans import rigid_mass
 from cabledrive.modal.natural import longitudinal_modes
 from cabledrive.modal.tuning import rims_of
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction.stretch_runs import recorded_run
 from cabledrive.reduction.stretches import StretchModel, StretchNumbers, new_stretch_state

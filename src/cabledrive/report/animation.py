@@ -14,9 +14,10 @@ from markupsafe import Markup
 
 from cabledrive.answers.figures import number, quantity
 from cabledrive.mechanics.network import network_of
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine, Place
+from cabledrive.parameters.route import Place
+from cabledrive.parameters.route.drive import body_number, carried_by
 from cabledrive.report.figures.moving_machine import (
     POINTS,
     DrawnMachine,
@@ -62,7 +63,7 @@ def animation_svg(name: str, machine: Machine, result: SimulationResult) -> tupl
     fields, bodies = _deflections(machine, result), range(len(machine.body))
     ways = [[_way(machine, result, time, at, i) for at in body_points(machine, i)] for i in bodies]
     pulleys, anchors = (
-        [_way(machine, result, time, own.at, machine.body_number(own.on, "")) for own in parts]
+        [_way(machine, result, time, own.at, body_number(machine, own.on, "")) for own in parts]
         for parts in (machine.pulley, machine.anchor)
     )
 
@@ -143,7 +144,7 @@ def _way(
 ) -> Array:
     """Way of a point of a body from the first frame on, carried along, (2, frames) [m]; 0 of the frame's."""
     found = np.zeros((2, time.size))
-    for own in map(machine.body.__getitem__, machine.carried_by(body)):
+    for own in map(machine.body.__getitem__, carried_by(machine, body)):
         x, y = own.pivot or at
         arms = {"x": (1.0, 0.0), "y": (0.0, 1.0), "turn": (y - at[1], at[0] - x)}
         for move in (one for one in own.moves if f"{own.name}.{one}" in result.names):

@@ -10,9 +10,7 @@ from math import pi
 
 from cabledrive.modal import Modes, modes, natural_frequencies
 from cabledrive.modal.natural import spectrum_of
-from cabledrive.parameters import InputRefused
-from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.version import __version__
 from cabledrive.report.words import anchors
 

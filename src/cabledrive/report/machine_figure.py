@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.report.figures.moving_machine import coordinates
 from cabledrive.report.figures.sheet import body_points, neighbours

@@ -9,8 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from cabledrive.answers.figures import number, quantity
-from cabledrive.parameters import content_hash
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine, content_hash
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Panel, Plot, in_turn, instants
 from cabledrive.report.machine.tables import zones_table
 from cabledrive.report.mode_figure import draw_campbell, draw_map, fields_of, plane_of

@@ -6,7 +6,7 @@ import numpy as np
 
 from cabledrive.modal import Modes
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 from cabledrive.report.figures.shapes import draw_mode
 from cabledrive.report.picture import TEXT, Hue, file_figure, file_picture
 from cabledrive.report.words import speed_unit

@@ -11,8 +11,7 @@ from cabledrive.answers.figures import fixed, number
 from cabledrive.identification.printer import Belts, Printer, PrinterShaper, spectrogram
 from cabledrive.identification.printer_spectrum import PrinterSpectrum
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
-from cabledrive.parameters import content_hash
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine, content_hash
 from cabledrive.report import blocks
 from cabledrive.report.blocks import Block, Chapter, Note, Panel, Paragraph, Plot, in_turn, table
 from cabledrive.report.page import page_of

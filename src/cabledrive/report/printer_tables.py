@@ -12,7 +12,7 @@ from cabledrive.identification.printer import ALIKE, Belts, Printer, PrinterShap
 from cabledrive.identification.printer_spectrum import ShaperFit
 from cabledrive.identification.spectrum_peaks import SpectrumPeak
 from cabledrive.modal import modes
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 from cabledrive.report.blocks import RowGroup, Table, listed, table_text
 from cabledrive.studies.mode_map import coordinates_of, frequency_of_coordinate
 

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from cabledrive.answers.figures import number, quantity
-from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash, load_drive
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed, content_hash, load_drive
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import check_writable, write_whole
-from cabledrive.parameters.route import Machine
 from cabledrive.report.blocks import Block, Chapter, Figure, Note, Paragraph
 from cabledrive.report.context import ReportContext, make_context, provenance
 from cabledrive.report.figures.followed import followed_picture, overview_picture

@@ -12,10 +12,9 @@ from cabledrive.answers.result import Result
 from cabledrive.control.load_schedule import ScheduledLaw, scheduled_step
 from cabledrive.control.transporter import STATES, flat_motion, rigid_motion, scheduled_law, shaped
 from cabledrive.mechanics.compiled import njit, njit_in_place
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import check_fields, described, meaning, quantity
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.reduction.transporter import Transporter, transporter_of
 from cabledrive.rig.setting import Task, sample_interval, torque_limit

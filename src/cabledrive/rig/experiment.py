@@ -12,10 +12,9 @@ from cabledrive.identification import planning
 from cabledrive.identification.logs.log import Log
 from cabledrive.identification.response_models import PARAMETERS
 from cabledrive.identification.signals import difference, zero_phase
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import require_known
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.toml_values import flag_of, quantities_of, quantity_of, read_toml, whole_of
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.rig.setting import random_from, sample_interval

@@ -12,8 +12,7 @@ from cabledrive.control.load_schedule import LoadSchedule
 from cabledrive.control.numbers import DARC, HIGH, LOW, OWN, LawNumbers, start_estimates
 from cabledrive.control.own_controller import OwnController, checked_controller
 from cabledrive.control.reference import reference_numbers
-from cabledrive.parameters import Drive, InputRefused, content_hash
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import Drive, InputRefused, Machine, content_hash
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, axis_words, cross_motion
 from cabledrive.reduction.two_motors import is_winched, winched_machine

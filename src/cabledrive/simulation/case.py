@@ -16,9 +16,9 @@ from cabledrive.mechanics.mesh import Mesh, mesh_of
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, gravity
 from cabledrive.mechanics.network.statics import unheld_words
 from cabledrive.modal.ranges import ALLOWED, sag_words
+from cabledrive.parameters import Machine
 from cabledrive.parameters.cable import Cable
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import NAMES
 from cabledrive.simulation import plan as at
 from cabledrive.simulation.channels import (

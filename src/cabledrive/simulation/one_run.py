@@ -8,9 +8,8 @@ from typing import Any
 
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import FEWEST_SEGMENTS
-from cabledrive.parameters.drive import Drive
+from cabledrive.parameters import Drive, Machine
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.result import SimulationResult
 from cabledrive.simulation.run import keep_run

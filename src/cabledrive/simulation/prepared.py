@@ -14,7 +14,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.compiled import why_plain
 from cabledrive.mechanics.sources import digest_with_imports
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import Machine
 from cabledrive.parameters.schema import content_hash
 from cabledrive.parameters.version import __version__
 from cabledrive.simulation import damped as of

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cabledrive.mechanics.cable_law import Array
+from cabledrive.parameters import Machine
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import Machine
 
 Function = Callable[[Array], ArrayLike]
 

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from cabledrive.mechanics.cable_law import Array, CableLaw
 from cabledrive.mechanics.cable_laws import Model
 from cabledrive.mechanics.mesh import Divided, Mesh, gradients
+from cabledrive.parameters import Machine
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning, nearest
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import NAMES
 
 if TYPE_CHECKING:

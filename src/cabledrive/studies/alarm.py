@@ -20,10 +20,8 @@ from cabledrive.answers.result import Result
 from cabledrive.answers.runs import ALARMED
 from cabledrive.mechanics.holding import released
 from cabledrive.mechanics.network import network_of
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.drive import Drive
-from cabledrive.parameters.route import Machine
 from cabledrive.reduction.threshold import lost_square
 from cabledrive.studies.motion_response import MOST_MODES, PreparedMotion, prepare
 from cabledrive.studies.motion_stages import Extremes, interpolated

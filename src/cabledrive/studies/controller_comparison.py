@@ -11,10 +11,9 @@ import numpy as np
 
 from cabledrive.answers.result import Result
 from cabledrive.answers.runs import COSTS, ERRORS
-from cabledrive.parameters import Drive, InputRefused, content_hash
+from cabledrive.parameters import Drive, InputRefused, Machine, content_hash
 from cabledrive.parameters.fields import described, meaning
 from cabledrive.parameters.files import one_process
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.network_axis import as_axis, axis_notes, axis_words
 from cabledrive.rig.laws.controllers import DesignSpec
 from cabledrive.rig.laws.registry import CONTROLLERS, needed_order

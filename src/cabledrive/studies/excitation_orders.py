@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network import network_of
 from cabledrive.modal import Modes
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive_parts import Order
 from cabledrive.parameters.fields import require_known
-from cabledrive.parameters.route import Machine
 from cabledrive.studies.mode_map import Grid, Mode, distinct, over
 
 MARGIN = 0.05

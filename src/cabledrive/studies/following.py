@@ -20,11 +20,9 @@ from cabledrive.modal.elements import ACROSS, ALONG
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.ranges import ALLOWED
 from cabledrive.modal.rows import MASS
-from cabledrive.parameters import InputRefused, NotComputed, content_hash
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.keys import quantity_of, varied_together
-from cabledrive.parameters.route import Machine
 
 if TYPE_CHECKING:
     import xarray as xr

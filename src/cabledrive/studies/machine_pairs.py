@@ -9,9 +9,8 @@ from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal import Mode, Modes, modes
 from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE
 from cabledrive.modal.tuning import Pair, at_pretensions, first_modes, pretension_of, tuning_factor
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import InputRefused, Machine, NotComputed
 from cabledrive.parameters.fields import LARGEST
-from cabledrive.parameters.route import Machine
 from cabledrive.reduction.threshold import NEAR, SAFE, joint_threshold
 from cabledrive.reduction.waves import waves_of
 from cabledrive.studies import pair_thresholds as near

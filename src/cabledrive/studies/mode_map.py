@@ -10,11 +10,9 @@ import numpy as np
 from cabledrive.mechanics.holding import motor_condition
 from cabledrive.modal import Modes
 from cabledrive.modal import modes as certified_modes
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.keys import quantity_of, varied_together
-from cabledrive.parameters.route import Machine
 from cabledrive.studies.following import stamped
 
 if TYPE_CHECKING:

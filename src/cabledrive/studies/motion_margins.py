@@ -7,7 +7,7 @@ import numpy as np
 
 from cabledrive.mechanics.network.span_table import next_span
 from cabledrive.mechanics.network.statics import unheld_words
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 from cabledrive.studies.motion_tensions import MotionTensions, motion_tensions
 from cabledrive.studies.planned_motion import PlannedMotion
 

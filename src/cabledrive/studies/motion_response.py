@@ -12,9 +12,9 @@ from cabledrive.mechanics.network import network_of, statics_of
 from cabledrive.mechanics.network.assembly import Network
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal import Mode
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine, posed
+from cabledrive.parameters.route import posed
 from cabledrive.reduction import sagging_model as sagging
 from cabledrive.reduction.stretches import StretchModel
 from cabledrive.reduction.waves import Waves, waves_of

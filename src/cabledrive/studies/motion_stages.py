@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from cabledrive.mechanics.network.assembly import Network, turns_by_torque
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.reduction.stretch_runs import extremes_run
 from cabledrive.reduction.stretches import StretchModel, new_stretch_state, numbers_of

@@ -22,9 +22,9 @@ import numpy as np
 from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import network_of
 from cabledrive.mechanics.network.assembly import Network, turns_by_torque
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine, moved
+from cabledrive.parameters.route import moved
 from cabledrive.parameters.route.strain_free import place_of
 from cabledrive.studies import motion_stages as stages
 from cabledrive.studies.pair_thresholds import refuse_running

@@ -19,9 +19,8 @@ from math import inf, pi
 import numpy as np
 
 from cabledrive.modal.tuning import Pair
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.reduction.threshold import pair_threshold
 from cabledrive.reduction.waves import Waves
 

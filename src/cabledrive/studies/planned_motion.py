@@ -9,12 +9,11 @@ import numpy as np
 
 from cabledrive.answers.result import Result
 from cabledrive.identification.logs.reading import open_table
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.drive import moving_with
 from cabledrive.parameters.fields import nearest
 from cabledrive.parameters.files import require_regular
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.units import to_si
 

@@ -18,9 +18,8 @@ from cabledrive.modal.tuning import (
     span_frequency,
     tuned_pretension,
 )
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed
 from cabledrive.parameters.fields import LARGEST
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction.autoparametric import AutoparametricModel, autoparametric_model, split_tunings
 from cabledrive.reduction.averaging import averaged_coefficients

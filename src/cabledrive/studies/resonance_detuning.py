@@ -7,9 +7,8 @@ from typing import Any
 
 from cabledrive.answers.figures import figure
 from cabledrive.answers.result import Result
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.fields import LARGEST
-from cabledrive.parameters.route import Machine
 from cabledrive.reduction.threshold import NEAR, RESONANT, SAFE, InstabilityMargin
 from cabledrive.studies.excitation_orders import frequency_per_speed
 from cabledrive.studies.pair_thresholds import NearPair

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from cabledrive.mechanics.datasheet import sags
 from cabledrive.mechanics.rest import rest_state
 from cabledrive.modal.tuning import resonant_pairs
-from cabledrive.parameters import Drive, InputRefused, NotComputed, content_hash
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed, content_hash
 from cabledrive.parameters.arrays import Array, Complex
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 from cabledrive.reduction.autoparametric import at_pretension, autoparametric_model, oscillators
 from cabledrive.reduction.averaging import (

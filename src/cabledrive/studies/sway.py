@@ -17,11 +17,10 @@ from math import cos, pi, sin
 import numpy as np
 
 from cabledrive.mechanics.network.statics import statics_of
-from cabledrive.parameters import InputRefused
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import LARGEST
 from cabledrive.parameters.keys import varied_together
-from cabledrive.parameters.route import Machine
 from cabledrive.studies.pair_thresholds import refuse_running
 
 POINTS = 201

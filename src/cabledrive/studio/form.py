@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from cabledrive.parameters import drive_schema, drive_text
+from cabledrive.parameters import Machine, drive_schema, drive_text
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.route.strain_free import POSE
 from cabledrive.parameters.tables import with_shaft
 from cabledrive.parameters.units import to_si

@@ -14,8 +14,7 @@ from cabledrive.mechanics.holding import CONDITIONS
 from cabledrive.modal import modes
 from cabledrive.modal.lowest import how_held
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.parameters import InputRefused, NotComputed, packaged_drives
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import InputRefused, Machine, NotComputed, packaged_drives
 from cabledrive.parameters.units import to_si
 from cabledrive.report.blocks import Cell
 from cabledrive.report.figures.ladder import rungs

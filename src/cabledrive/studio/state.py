@@ -14,10 +14,9 @@ from urllib.parse import parse_qsl, urlencode
 from starlette.requests import Request
 
 from cabledrive.modal import modes
-from cabledrive.parameters import InputRefused, load_drive, packaged_drives
+from cabledrive.parameters import InputRefused, Machine, load_drive, packaged_drives
 from cabledrive.parameters.drive_file import drive_from_text
 from cabledrive.parameters.files import require_regular
-from cabledrive.parameters.route import Machine
 from cabledrive.parameters.toml_values import toml_of
 from cabledrive.studio.jobs import Jobs
 from cabledrive.studio.library import LONGEST_TEXT, Library

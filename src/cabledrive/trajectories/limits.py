@@ -10,10 +10,9 @@ from math import comb, factorial, inf, isfinite, sqrt
 
 import numpy as np
 
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 HIGHEST_ORDER = 21

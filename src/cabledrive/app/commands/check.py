@@ -2,7 +2,7 @@
 
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 
 
 @subcommand('cabledrive check elevator --set cable.pretension="20 kN"', (saves_answer, machine_argument))

@@ -7,7 +7,7 @@ from pathlib import Path
 from cabledrive.app.combinations import refuse_given
 from cabledrive.app.options import HOW_HELD, force_option, machine_argument, opt, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 
 METHOD = "exact dynamic stiffness at every point, modes isolated by counting"
 WORKERS = 2

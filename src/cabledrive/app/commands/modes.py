@@ -2,7 +2,7 @@
 
 from cabledrive.app.options import HOW_HELD, machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters import Machine
 
 METHOD = "exact dynamic stiffness, Wittrick-Williams count, inverse iteration"
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 from cabledrive.app.combinations import refuse_given, tell_given
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
-from cabledrive.parameters import NotComputed
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine, NotComputed
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 FLOOR, LIMIT = 1e-5, 5e-4

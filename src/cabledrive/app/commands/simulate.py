@@ -10,8 +10,7 @@ from cabledrive.app.failures import QUIET, note
 from cabledrive.app.options import force_option, machine_argument, option, subcommand
 from cabledrive.app.results import Answer, NewFile, provenance
 from cabledrive.app.tracked import move_of
-from cabledrive.parameters import InputRefused
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.units import to_si
 
 if TYPE_CHECKING:

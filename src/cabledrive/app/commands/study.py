@@ -12,9 +12,8 @@ from cabledrive.app import finished_study as kept
 from cabledrive.app.failures import note
 from cabledrive.app.options import axis_argument, opt, subcommand
 from cabledrive.app.results import Answer
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.files import one_process
-from cabledrive.parameters.route import Machine
 
 if TYPE_CHECKING:
     from cabledrive.studies.study import Goals

@@ -2,7 +2,7 @@
 
 from cabledrive.app.options import machine_argument, opt, saves_answer, subcommand
 from cabledrive.app.results import Answer, provenance
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 
 METHOD = "strings under their weight, ends moving with the building"
 NOTE = "Steady state across the plane of the machine; ropes touch nothing, the building's shape is straight"

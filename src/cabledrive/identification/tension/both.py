@@ -28,9 +28,8 @@ from cabledrive.identification.tension.family_fit import PingTension, SpanTensio
 from cabledrive.identification.tension.recording import PreparedRecording
 from cabledrive.identification.tension.strings import channels_of, string_of
 from cabledrive.identification.tension.tones import TonesFit
-from cabledrive.parameters import Drive, InputRefused, NotComputed
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.route.two_pulleys import two_pulleys_of
 
 SPANS = ("upper", "lower")

@@ -14,10 +14,9 @@ from cabledrive.identification.logs.reading import read_log
 from cabledrive.identification.signals import zero_phase
 from cabledrive.identification.tension.families import ALIKE, Peaks, falling, peaks_of
 from cabledrive.modal.natural import longitudinal_modes
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import InputRefused, Machine, NotComputed
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.files import require_regular
-from cabledrive.parameters.route import Machine
 
 PARTIALS = 6
 """Tones are searched up to this mode of a span."""

@@ -20,11 +20,9 @@ from cabledrive.modal.elements import ACROSS, OUT
 from cabledrive.modal.natural import spectrum_of
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.modal.tuning import section_frequencies
-from cabledrive.parameters import InputRefused, NotComputed
+from cabledrive.parameters import Drive, InputRefused, Machine, NotComputed
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.drive import Drive
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route import Machine
 
 HEARD = ("sound", "acceleration")
 """Channels that hear a knock on the machine as well as a span."""

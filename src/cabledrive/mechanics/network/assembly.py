@@ -26,10 +26,11 @@ from cabledrive.mechanics.holding import HOLDING, motor_condition
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, Row, dense
 from cabledrive.mechanics.network.pieces import Piece, pieces_of
 from cabledrive.mechanics.network.statics import Statics, geometric_stiffness, statics_of
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.drive import body_number
 
 DIRECTIONS = (ALONG, ACROSS, OUT_OF_PLANE)
 
@@ -234,7 +235,7 @@ def _parts(motion: Motion) -> dict[str, Parts]:
     for number, pulley in enumerate(drive.pulley):
         name, motor, turn = pulley.name, motors.get(number), relative_turn(motion, number)
         masses += [
-            (pulley.mass, row, name) for row in motion.point(pulley.at, drive.body_number(pulley.on, name))
+            (pulley.mass, row, name) for row in motion.point(pulley.at, body_number(drive, pulley.on, name))
         ]
         joint = None if motor is None else motor.joint_stiffness
         rigid = motor.inertia if motor is not None and joint is None else 0.0

@@ -16,10 +16,11 @@ from functools import cached_property
 import numpy as np
 
 from cabledrive.mechanics.holding import FREE, HELD
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.drive import body_number, carried_by
 from cabledrive.parameters.route.geometry import Place, Point
 
 ALONG, ACROSS, OUT_OF_PLANE = "along", "across", "out of plane"
@@ -132,7 +133,7 @@ class Motion:
     def point(self, at: Point, body: int | None) -> tuple[Row, Row]:
         """Motion of a point of a body along x and y [m]."""
         x, y = Row(), Row()
-        for number in self.drive.carried_by(body):
+        for number in carried_by(self.drive, body):
             part = self.drive.body[number]
             for move in part.moves:
                 step = self.unit(f"{part.name}.{move}")
@@ -148,7 +149,7 @@ class Motion:
     def rotation(self, body: int | None) -> Row:
         """Turn of a body [rad]."""
         row = Row()
-        for number in self.drive.carried_by(body):
+        for number in carried_by(self.drive, body):
             part = self.drive.body[number]
             if "turn" in part.moves:
                 row += self.unit(f"{part.name}.turn")
@@ -161,7 +162,7 @@ class Motion:
     def mount(self, pulley: int) -> Row:
         """Turn of what carries a pulley [rad]."""
         part = self.drive.pulley[pulley]
-        return self.rotation(self.drive.body_number(part.on, part.name))
+        return self.rotation(body_number(self.drive, part.on, part.name))
 
     def rotor(self, pulley: int) -> Row:
         """Turn of the rotor behind a flexible joint; of a held one that of the body it is mounted on."""
@@ -172,10 +173,10 @@ class Motion:
         """Body that carries a place of a path."""
         if place.anchor is not None:
             part = self.drive.anchor[place.anchor]
-            return self.drive.body_number(part.on, part.name)
+            return body_number(self.drive, part.on, part.name)
         assert place.pulley is not None
         pulley = self.drive.pulley[place.pulley]
-        return self.drive.body_number(pulley.on, pulley.name)
+        return body_number(self.drive, pulley.on, pulley.name)
 
     def end_rows(self, place: Place, along: Point, across: Point) -> tuple[Row, Row]:
         """Rows u and w of a span's end, Eq. (N.2)."""

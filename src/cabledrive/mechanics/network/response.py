@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from cabledrive.mechanics.network.assembly import Network, network_of
 from cabledrive.mechanics.network.motion import OUT_OF_PLANE
 from cabledrive.mechanics.network.pieces import Piece
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array, Complex
 from cabledrive.parameters.errors import InputRefused, NotComputed
-from cabledrive.parameters.route import Machine
 
 STEPS = 8
 """Steps along a rope that hangs, beyond one per radian of its slowest wave."""

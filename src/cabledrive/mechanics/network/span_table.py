@@ -10,7 +10,7 @@ from cabledrive.answers.keys import Keys
 from cabledrive.mechanics.network.motion import Motion
 from cabledrive.mechanics.network.rest_forces import sag_parameter
 from cabledrive.mechanics.network.statics import Statics, statics_of, unheld_words
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine
 
 _ASKEW_FROM, _ASKEW_TO = 1e-3, 15.0
 """Angles [deg] between which a span was probably meant to be parallel to a slide."""

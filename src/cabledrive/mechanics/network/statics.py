@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from cabledrive.mechanics.network.motion import Motion, Row, gravity, sections_of
 from cabledrive.mechanics.network.rest_forces import SINGULAR, RestingStretch, Ropes, solved
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused, NotComputed
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters.route.drive import body_number, carried_by
 from cabledrive.parameters.route.geometry import Place, Point
 
 _BALANCED = 1e-6
@@ -139,7 +140,7 @@ def _loads(drive: Machine) -> list[tuple[Array, Point, int | None]]:
     g = gravity(drive)
     bodies = [(body.mass * g + np.array(body.load), body.at, i) for i, body in enumerate(drive.body)]
     return bodies + [
-        (pulley.mass * g, pulley.at, drive.body_number(pulley.on, pulley.name)) for pulley in drive.pulley
+        (pulley.mass * g, pulley.at, body_number(drive, pulley.on, pulley.name)) for pulley in drive.pulley
     ]
 
 
@@ -355,7 +356,7 @@ def geometric_stiffness(motion: Motion, statics: Statics) -> Array:
     for force, at, body in loads:
         x, y = motion.point(at, body)
         turned = force[1] * x - force[0] * y  # F . (e_z x dc/dq)
-        chain = drive.carried_by(body)
+        chain = carried_by(drive, body)
         for position, outer in enumerate(chain):
             for a in motion.unit(f"{drive.body[outer].name}.turn"):
                 for inner in chain[: position + 1]:

@@ -123,7 +123,7 @@ class Machine(MachineBase):
     @cached_property
     def parents(self) -> tuple[int | None, ...]:
         """Number of the body that carries each body; None: the frame."""
-        found = tuple(self.body_number(part.on, f"body.{i}.on") for i, part in enumerate(self.body))
+        found = tuple(body_number(self, part.on, f"body.{i}.on") for i, part in enumerate(self.body))
         for number, body in enumerate(self.body):
             above, steps = found[number], 0
             while above is not None:
@@ -161,18 +161,6 @@ class Machine(MachineBase):
         """Number of each pulley that a torque turns: those of the motors, the first where there is none."""
         return self.driven or tuple(range(len(self.pulley)))[:1]
 
-    def body_number(self, name: str, key: str) -> int | None:
-        """Number of a body by its name, None for the frame, which has none; ``key``: where it is written.
-
-        Raises `InputRefused` if no body has that name.
-        """
-        if not name:
-            return None
-        names = [body.name for body in self.body]
-        if name not in names:
-            raise InputRefused(f'{key} = "{name[:60]}" is no body{nearest(name[:60], names)}')
-        return names.index(name)
-
     @cached_property
     def places(self) -> tuple[tuple[Place, ...], ...]:
         """Places of each route, in order of its path."""
@@ -208,13 +196,27 @@ class Machine(MachineBase):
         """Span of each carriage and its distance from the span's start [m]."""
         return tuple(_carriage_place(self, number) for number in range(len(self.carriage)))
 
-    def carried_by(self, number: int | None) -> tuple[int, ...]:
-        """A body and all that carry it, the body itself first; nothing carries the frame, None."""
-        found: list[int] = []
-        while number is not None:
-            found.append(number)
-            number = self.parents[number]
-        return tuple(found)
+
+def body_number(machine: Machine, name: str, key: str) -> int | None:
+    """Number of a body by its name, None for the frame, which has none; ``key``: where it is written.
+
+    Raises `InputRefused` if no body has that name.
+    """
+    if not name:
+        return None
+    names = [body.name for body in machine.body]
+    if name not in names:
+        raise InputRefused(f'{key} = "{name[:60]}" is no body{nearest(name[:60], names)}')
+    return names.index(name)
+
+
+def carried_by(machine: Machine, number: int | None) -> tuple[int, ...]:
+    """A body and all that carry it, the body itself first; nothing carries the frame, None."""
+    found: list[int] = []
+    while number is not None:
+        found.append(number)
+        number = machine.parents[number]
+    return tuple(found)
 
 
 def _place(drive: Machine, step: str, where: str) -> Place:

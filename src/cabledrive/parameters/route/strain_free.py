@@ -23,7 +23,7 @@ import numpy as np
 from cabledrive.parameters.arrays import Array
 from cabledrive.parameters.errors import InputRefused
 from cabledrive.parameters.fields import nearest
-from cabledrive.parameters.route.drive import Machine
+from cabledrive.parameters.route.drive import Machine, body_number, carried_by
 from cabledrive.parameters.route.geometry import FreeSpan, Point
 from cabledrive.parameters.route.parts import require_within_travel
 
@@ -54,7 +54,7 @@ def posed(drive: Machine, pose: Mapping[str, float]) -> Machine:
         if name not in names or last not in POSE:
             known = [f"{body.name}.{move}" for body in drive.body for move in body.moves]
             raise InputRefused(f'"{key[:60]}" moves no body{nearest(key[:60], known)}')
-        steps.append((len(drive.carried_by(names.index(name))), names.index(name), last, value))
+        steps.append((len(carried_by(drive, names.index(name))), names.index(name), last, value))
     parts = {key: list(getattr(drive, key)) for key in ("body", "pulley", "anchor")}
     for _, number, last, value in sorted(steps):
         _move(drive, parts, number, last, value)
@@ -88,8 +88,8 @@ def _move(drive: Machine, parts: dict[str, list[Any]], number: int, last: str, v
 
     for key, rows in parts.items():
         for index, part in enumerate(rows):
-            owner = index if key == "body" else drive.body_number(part.on, key)
-            if number in drive.carried_by(owner):
+            owner = index if key == "body" else body_number(drive, part.on, key)
+            if number in carried_by(drive, owner):
                 rows[index] = _placed(part, place, last, number == owner and key == "body")
 
 

@@ -13,8 +13,8 @@ from cabledrive.modal import Modes
 from cabledrive.modal.mode import BOTH, LONGITUDINAL
 from cabledrive.modal.mode_rows import ModeRow
 from cabledrive.modal.natural import spectrum_of
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.report.figures.sheet import Sheet
 from cabledrive.report.picture import (
     COLOURS,

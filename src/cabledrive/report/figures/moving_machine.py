@@ -14,8 +14,8 @@ from cabledrive.mechanics.network import statics_of
 from cabledrive.mechanics.rest import sag_of
 from cabledrive.modal import Mode
 from cabledrive.modal.mode import TRANSVERSE
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.report.figures.sheet import Placer, Point, Sheet, draw_route
 from cabledrive.report.machine.rest import tension_at
 from cabledrive.report.picture import CARD_WIDTH, WIDE

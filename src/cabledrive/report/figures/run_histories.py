@@ -9,8 +9,7 @@ import numpy as np
 from cabledrive.mechanics.cable_law import Array
 from cabledrive.modal import modes, natural_frequencies
 from cabledrive.modal.natural import spectrum_of
-from cabledrive.parameters import InputRefused
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.report.picture import SPAN_COLOURS, TEXT, Hue, file_figure, file_picture, label, log_axis
 from cabledrive.simulation import SimulationResult
 

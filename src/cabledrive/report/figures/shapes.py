@@ -8,8 +8,8 @@ from markupsafe import Markup
 
 from cabledrive.answers.figures import number
 from cabledrive.modal import Mode
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.report.picture import Hue, picture, text_width
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from markupsafe import Markup, escape
 
-from cabledrive.parameters import InputRefused
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import InputRefused, Machine
 from cabledrive.parameters.route.geometry import FreeSpan
 from cabledrive.parameters.route.geometry import Point as Metres
 from cabledrive.report.picture import CARD_WIDTH, SMALL, text_width

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from cabledrive.answers.figures import number, quantity
 from cabledrive.modal import Modes
 from cabledrive.modal.mode_rows import mode_rows
-from cabledrive.parameters import InputRefused, NotComputed
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import InputRefused, Machine, NotComputed
 from cabledrive.report.blocks import Figure, Table
 from cabledrive.report.figures.ladder import ladder_picture
 from cabledrive.report.figures.shapes import mode_title, shapes_picture

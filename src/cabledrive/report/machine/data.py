@@ -16,8 +16,7 @@ from cabledrive.mechanics.network.span_table import pulley_rows, span_rows
 from cabledrive.mechanics.rest import sag_of
 from cabledrive.modal.lowest import derived_with_lowest
 from cabledrive.modal.natural import spectrum_of
-from cabledrive.parameters import Cable, Drive, InputRefused, NotComputed
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Cable, Drive, InputRefused, Machine, NotComputed
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.report.blocks import Figure, RowGroup, Table, Text, listed, table
 from cabledrive.report.figures.moving_machine import coordinates, moving_machine

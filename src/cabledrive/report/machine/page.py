@@ -4,8 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from cabledrive.answers.figures import number
 from cabledrive.modal.lowest import how_held, lowest_frequencies
-from cabledrive.parameters import content_hash
-from cabledrive.parameters.route import Machine
+from cabledrive.parameters import Machine, content_hash
 from cabledrive.report.blocks import Block, Section, Table
 from cabledrive.report.context import ReportContext
 from cabledrive.report.figures.moving_machine import sketch

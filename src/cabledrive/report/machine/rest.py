@@ -10,8 +10,8 @@ from cabledrive.mechanics.network.motion import gravity
 from cabledrive.mechanics.network.rest_forces import RestingStretch
 from cabledrive.mechanics.network.statics import statics_of
 from cabledrive.mechanics.rest import POINTS, sag_of
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route import Machine
 from cabledrive.report.blocks import COLOURS, Block, Panel, Plot, in_turn, table
 
 MOST_ROWS = 8

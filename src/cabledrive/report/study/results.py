@@ -13,10 +13,9 @@ from cabledrive.answers.runs import CHAIN
 from cabledrive.mechanics import DerivedQuantities, drive_warnings
 from cabledrive.mechanics.network.span_table import PULLEY_ROW, SPAN_ROW
 from cabledrive.modal import modes
-from cabledrive.parameters import InputRefused, NotComputed, content_hash
+from cabledrive.parameters import InputRefused, Machine, NotComputed, content_hash
 from cabledrive.parameters.drive_file import drive_text
 from cabledrive.parameters.files import with_own_hash, write_whole
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.version import __version__
 from cabledrive.reduction.network_axis import axis_words
 from cabledrive.report.machine.data import data_sheet

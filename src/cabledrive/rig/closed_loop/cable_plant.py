@@ -14,9 +14,8 @@ from cabledrive.mechanics.holding import released
 from cabledrive.mechanics.network.motion import ALONG
 from cabledrive.modal import natural_frequencies
 from cabledrive.modal.tuning import first_modes
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.arrays import Array
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.lumped_chain import LumpedChain
 from cabledrive.reduction.network_axis import as_axis, held_motion, motor_turn
 from cabledrive.reduction.quality import distributed, machine_like

@@ -11,9 +11,9 @@ from cabledrive.mechanics.mesh import check_segments
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import turns_by_torque
 from cabledrive.mechanics.network.motion import gravity
+from cabledrive.parameters import Machine
 from cabledrive.parameters.arrays import Integers
 from cabledrive.parameters.errors import InputRefused
-from cabledrive.parameters.route import Machine
 from cabledrive.simulation.channels import channels_of
 from cabledrive.simulation.methods import time_grid
 from cabledrive.simulation.network.mesh import rubbing_of

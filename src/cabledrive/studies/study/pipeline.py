@@ -7,9 +7,8 @@ from typing import Any
 
 from cabledrive.answers.figures import Row
 from cabledrive.answers.result import Result
-from cabledrive.parameters import Drive, content_hash
+from cabledrive.parameters import Drive, Machine, content_hash
 from cabledrive.parameters.fields import described, meaning
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.reduction.network_axis import as_axis
 from cabledrive.studies.study import stage_cache
 from cabledrive.studies.study.acceptance_stage import no_laws, run_as_exported, try_laws

@@ -18,9 +18,8 @@ from typing import Any, Generic, TypeVar
 from cabledrive.identification.logs.log import ColumnMap, Log
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.mechanics.sources import PACKAGE, digest_with_imports
-from cabledrive.parameters import Drive, InputRefused
+from cabledrive.parameters import Drive, InputRefused, Machine
 from cabledrive.parameters.files import intact_object, with_own_hash, write_whole
-from cabledrive.parameters.route.drive import Machine
 from cabledrive.parameters.tables import drive_from_tables, tables_from_drive
 from cabledrive.parameters.version import __version__
 from cabledrive.studies.study.knowledge_stage import usable_log
