@@ -146,8 +146,7 @@ def kalman_filter(
 
 def between_samples(system: Array, column: Array, sampling: Sampling) -> tuple[Array, Array, Array]:
     """Transition, inputs by torque, older and newer command, load, and the current loop's factors."""
-    n, w = system.shape[0], sampling.current_rate
-    late = sampling.late[1]
+    n, w, late = system.shape[0], sampling.current_rate, sampling.late[1]
     full = np.zeros((n + 2, n + 2))  # states, shaft torque, command
     full[:n, :n], full[:n, n] = system, column
     if w > 0.0:
