@@ -166,8 +166,8 @@ def both_felt(seed):
 
 @pytest.mark.parametrize(
     "seeds",
-    [(1, 5, 7, 16, 72, 80), pytest.param(range(100), marks=pytest.mark.verify)],
-    ids=["six", "hundred"],
+    [(5, 7, 72, 80), pytest.param(range(100), marks=pytest.mark.verify)],
+    ids=["four", "hundred"],
 )
 def test_an_accelerometer_gives_both_tensions_of_a_loop(seeds, measured):
     """Loud overtones, first modes that drown, ratios of 3 to 4: three were wrong by factors above 2.3."""

@@ -320,3 +320,11 @@ def test_no_friction_is_learnt_where_the_motor_has_none(name):
     assert found.summary["gains"]["upper_bounds"][:2] == [0.0, 0.0]
     assert np.all(found.estimates[:, :2] == 0.0)
     assert np.ptp(found.estimates[:, 2]) > 0.0
+
+
+@pytest.mark.parametrize("name", ["printer-idlers", "corexy"])
+def test_the_friction_of_a_load_is_learnt_where_the_motors_have_none(name, measured):
+    """A filter that is certain of motors without friction took all of the load's for motion: 2.8, 8.0 deg."""
+    found = track(load_drive(name), controller=LOAD_LEARNING, seed=1)
+    measured(f"{found.summary['peak_error_deg']:.3f} deg")
+    assert found.summary["peak_error_deg"] < 0.5

@@ -143,6 +143,7 @@ def check_learning(loop: Loop, believed: LumpedChain, states: Array, log: Array)
     chains = (loop.chain, believed)
     ends = [np.array([one.coulomb[-1], one.viscous[-1], one.inertias[-1]]) for one in chains]
     true = ends[0] - ends[1]
+    true[0] = ends[0][0]  # all of the load's Coulomb friction, which the reference leaves out
     p = law.learning.shape[1]
     first = 2 * loop.chain.size + 1 + len(loop.rig.encoders) + 3
     kept = log[:, first : first + numbers.ESTIMATES]

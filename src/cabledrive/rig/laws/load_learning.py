@@ -133,7 +133,7 @@ def load_learning(spec: DesignSpec, name: str = LOAD_LEARNING, turning: float | 
     asked = spec.rows(still)[:, first:].reshape(spec.samples, len(PARAMETERS), first + m)
     rows = np.zeros((1 + m, max(base.rows.shape[1], m)))
     rows[0, : base.rows.shape[1]], rows[1:, :m] = base.rows[0], white
-    coulomb, viscous, inertia = chain.coulomb[0], chain.viscous[0], chain.inertias[-1]
+    coulomb, viscous, inertia = sum(chain.coulomb), chain.viscous[0], chain.inertias[-1]
     spread = np.array([0.5 * coulomb, viscous, kind.inertia_spread * inertia])  # deviations at the beginning
     low, high = np.array([[0.0, 0.0, -0.7 * inertia], [2.0 * coulomb, 5.0 * viscous, 3.0 * inertia]])
     share = spec.interval / m  # each sample brings m innovations
@@ -168,7 +168,9 @@ def _own_filter(spec: DesignSpec, name: str) -> tuple[ObserverNumbers, Array, Ka
         raise InputRefused(
             f"{name} learns from the innovations of the Kalman filter: leave observer and ideal_sensors out"
         )
-    tuning, fitted = tuning_by_uncertainty(spec, chain), fitted_encoders(spec.drive)
+    # friction that is to be learnt is the load's: a motor without any must not make the filter certain
+    rubbing = replace(chain, coulomb=(sum(chain.coulomb), *chain.coulomb[1:]))
+    tuning, fitted = tuning_by_uncertainty(spec, rubbing), fitted_encoders(spec.drive)
     tuning = replace(tuning, load_acceleration=kind.unlearnt * tuning.load_acceleration)
     places, chosen = ([place(chain, one) for one in names] for names in (fitted, spec.shafts))
     used = replace(tuning, offsets=()) if options.encoder_phase == "centred" else tuning
