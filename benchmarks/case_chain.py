@@ -15,7 +15,9 @@ from cabledrive.simulation.methods import integrate_steps
 from cabledrive.simulation.plan import new_workspace
 
 TITLE = "Chain: steps of the exact law"
-DRIVE = cd.load_drive("dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"])
+DRIVE = cd.load_drive(
+    "dissertation-2", overrides=["cable.pretension=3.26", "cable.transverse_damping=2"]
+).two_pulleys
 TORQUE = Sine(amplitude=0.02, frequency=81.6)
 IN_PLANE = (Pluck(height=1e-3, shape="half-sine"),)
 CARRIAGE = replace(DRIVE, carriage=(cd.Carriage(mass=2e-3, position=0.31),))
@@ -23,7 +25,7 @@ WEIGHTLESS = replace(DRIVE, layout=replace(DRIVE.layout, gravity=0.0))
 DAMPED = cd.load_drive(
     "dissertation-2",
     overrides=["cable.pretension=3.26", "cable.transverse_damping=2", "cable.axial_damping=0.003"],
-)
+).two_pulleys
 WHIRL = (*IN_PLANE, Pluck(height=1e-3, shape="half-sine", plane="v"))
 RATES = {"1 kHz": 1e3, "10 kHz": 1e4}  # records per second
 
@@ -86,7 +88,12 @@ def prepared(segments: int, plucks, method: str, rate: float, drive=DRIVE) -> Ro
     """A case whose step does not depend on the recording rate."""
     scheme = Scheme(segments=segments, method=method)
     return case_of(
-        drive, 1.0, torque=TORQUE, start=Start(plucks=plucks), scheme=scheme, recording=Recording(rate=rate)
+        drive.machine,
+        1.0,
+        torque=TORQUE,
+        start=Start(plucks=plucks),
+        scheme=scheme,
+        recording=Recording(rate=rate),
     )
 
 

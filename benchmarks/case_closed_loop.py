@@ -16,7 +16,7 @@ from cabledrive.rig.plant_samples import over, sampled_loops
 from cabledrive.rig.tuning import design
 
 TITLE = "Closed loop: Model 4 under its adaptive robust law, 5 kHz"
-DRIVE = cd.load_drive("dissertation-3", overrides=["motor.backlash=0"])
+DRIVE = cd.load_drive("dissertation-3", overrides=["motor.backlash=0"]).two_pulleys
 LONG, SHORT = Motion(pulses=5), Motion(angle=10.0, rise=0.05, dwell=0.0)
 SMOOTH, RIG = RigOptions(ideal_sensors=True, smooth_friction=True), RigOptions()
 DRAWS = {"smoothed, true states": (SMOOTH, 1600), "stick-slip, encoders, filter": (RIG, 80)}

@@ -68,7 +68,7 @@ def report() -> str:
 
 
 def made(name: str, gains: str) -> tuple:
-    drive, motion = cd.load_drive("dissertation-3"), Motion()
+    drive, motion = cd.load_drive("dissertation-3").two_pulleys, Motion()
     spec = DesignSpec(drive, motion, best=gains == "best")
     loop = close_loop(DesignSpec(drive, motion), design(name, spec), np.random.default_rng(0))
     first = 2 * loop.chain.size + 1

@@ -22,11 +22,11 @@ def report() -> str:
 
 def machines():
     """The dissertation's three loops, and the packaged ropeway."""
-    bare = cd.load_drive("dissertation-1")
+    bare = cd.load_drive("dissertation-1").two_pulleys
     yield "two pulleys, (3.13)", bare, True
-    yield "one carriage, (3.20)", cd.load_drive("dissertation-transporter"), True
+    yield "one carriage, (3.20)", cd.load_drive("dissertation-transporter").two_pulleys, True
     yield "two carriages, (3.38)", with_carriages(bare, 1.7, 0.9), True
-    yield "ropeway, 24 cabins", replace(cd.load_drive("ropeway"), motor=None), False
+    yield "ropeway, 24 cabins", replace(cd.load_drive("ropeway").two_pulleys, motor=None), False
 
 
 def with_carriages(drive: cd.Drive, first: float, second: float, share: float = 0.4) -> cd.Drive:
@@ -91,7 +91,7 @@ def misses() -> str:
 
 def four_masses(detuning: float) -> cd.Drive:
     """Two pulleys and two carriages at midspan, each as heavy as a half span, but for one."""
-    base = cd.load_drive("dissertation-1")
+    base = cd.load_drive("dissertation-1").two_pulleys
     rim = 0.5 * base.cable.mass_per_length * base.span_length
     pulley = replace(base.drive_pulley, inertia=rim * base.drive_pulley.radius**2)
     return with_carriages(replace(base, pulley=(pulley, pulley)), 0.5 * (1 + detuning), 0.5, share=0.5)

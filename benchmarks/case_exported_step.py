@@ -42,7 +42,7 @@ def report() -> str:
     rows, present = [], [one for one in COMPILERS if shutil.which(one.split()[0])]
     for label, (name, _) in (LAWS | COMPARED).items():
         loop, readings, _ = made(name, "printed")
-        data = controller_numbers(loop, cd.load_drive("dissertation-3"), "motor")
+        data = controller_numbers(loop, cd.load_drive("dissertation-3").two_pulleys, "motor")
         law = controller_from(json.loads(json.dumps(data)), name)
         files = controller_package(ExportSource(law=law, data=data, drive=None))
         contestants = {"numba": partial(by_numba, replace(loop, observer=law.observer), readings)}

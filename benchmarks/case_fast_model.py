@@ -55,7 +55,7 @@ def compared(shape: str):
         if max(fast_error) < ACCURACY:
             break
     case = case_of(
-        DRIVE,
+        DRIVE.machine,
         1.0,
         torque=TORQUE,
         start=start_with(shape),

@@ -19,8 +19,8 @@ DEGREES = {1: "linear", 2: "quadratic"}
 
 def report() -> str:
     machines = [
-        ("dissertation-1", cd.load_drive("dissertation-1"), 12),
-        ("dissertation-transporter", cd.load_drive("dissertation-transporter"), 12),
+        ("dissertation-1", cd.load_drive("dissertation-1").two_pulleys, 12),
+        ("dissertation-transporter", cd.load_drive("dissertation-transporter").two_pulleys, 12),
         ("ropeway, 1,000 carriages", ropeway(1000), 50),
     ]
     rows = [row for name, drive, modes in machines for row in compared(name, drive, modes)]

@@ -25,7 +25,7 @@ def report() -> str:
 
 def ropeway(carriages: int) -> cd.Drive:
     """The packaged ropeway with carriages at uneven distances, half of them on either span."""
-    drive = cd.load_drive("ropeway")
+    drive = cd.load_drive("ropeway").two_pulleys
     rng = np.random.default_rng(1)
     gaps = rng.uniform(0.5, 1.5, carriages // 2 + 1)
     places = drive.span_length * np.cumsum(gaps)[:-1] / gaps.sum()
@@ -41,7 +41,7 @@ def ropeway(carriages: int) -> cd.Drive:
 def bisection(drive: cd.Drive) -> np.ndarray:
     """Each of the first modes by halving on the count alone; frequencies [Hz] without shapes."""
     (labelled,) = longitudinal_chains(drive)
-    spectrum = Spectrum(network_at_rest(drive, taut=True)[0])
+    spectrum = Spectrum(network_at_rest(drive.machine, taut=True)[0])
     top = pi / labelled.chain.travel_times.sum()
     while spectrum.count(top, {"longitudinal"}) < MODES:
         top *= 2

@@ -22,7 +22,9 @@ TARGET = 0.3
 
 def drive():
     """Configuration 2 at its tuned pretension, Gamma 2 1/s, c_q 5 1/s."""
-    plain = load_drive("dissertation-2", overrides=["cable.transverse_damping=2", "layout.gravity=0"])
+    plain = load_drive(
+        "dissertation-2", overrides=["cable.transverse_damping=2", "layout.gravity=0"]
+    ).two_pulleys
     load = replace(plain.load_pulley, viscous_friction=5.0 / 1.3043e5)
     tuned = replace(plain.cable, pretension=tuned_pretension(plain))
     return replace(plain, cable=tuned, pulley=(plain.drive_pulley, load))

@@ -90,7 +90,7 @@ def ropeway(sheaves: int, bends: bool) -> Machine:
 
 def in_time() -> str:
     """A loop, plucked and driven, beside the same written as a route: process time of 1 s of motion."""
-    loop = cd.load_drive("dissertation-2")
+    loop = cd.load_drive("dissertation-2").two_pulleys
     loop = replace(loop, layout=replace(loop.layout, gravity=0.0))
     route, rows = written_as_route(loop), []
     starts = {

@@ -70,7 +70,7 @@ def report() -> str:
 
 
 def pair_law() -> FlankLaw:
-    drive = doubled(cd.load_drive("dissertation-3", overrides=["motor.backlash=1 deg"]))
+    drive = doubled(cd.load_drive("dissertation-3", overrides=["motor.backlash=1 deg"]).two_pulleys)
     options, motion = RigOptions(pair=True), Motion(order=11)
     spec = DesignSpec(drive, motion, bandwidth=15.0, options=options)
     made = close_loop(

@@ -18,7 +18,7 @@ from cabledrive.simulation.case import RopeRun, case_of
 DRIVE = cd.load_drive(
     "dissertation-2",
     overrides=["kind=line", "layout.gravity=0", "pulley.0.fixed=true", "pulley.1.fixed=true"],
-)
+).two_pulleys
 RIGIDITY, MASS, PRETENSION = DRIVE.cable.axial_rigidity, DRIVE.cable.mass_per_length, DRIVE.cable.pretension
 STRETCH = 1.0 + DRIVE.cable.prestrain
 LENGTH = DRIVE.pulley_distance  # pretensioned
@@ -43,7 +43,7 @@ def pluck(x: np.ndarray) -> np.ndarray:
 
 def chain_case(pieces: int) -> RopeRun:
     return case_of(
-        DRIVE,
+        DRIVE.machine,
         DURATION,
         start=Start(plucks=(Pluck(height=HEIGHT, shape="half-sine"),)),
         scheme=Scheme(segments=pieces),

@@ -57,7 +57,7 @@ class InC:
             drive.layout.gravity,
             masses[0],
             masses[1],
-            case.torques[0].amplitude / drive.drive_pulley.radius,
+            case.torques[0].amplitude / drive.pulley[0].radius,
             2.0 * np.pi * case.torques[0].frequency,
         ]
         self.integrate, self.segments = library.integrate, int(case.mesh.nodes[0, 1])
@@ -86,7 +86,7 @@ class InNumpy:
         self.fall = np.zeros((3, self.x.shape[1] - 2))
         self.fall[2] = self.kick[2] * once_each(case, case.plan.node[WEIGHT_W])[1:-1]
         self.n, self.masses = mesh.nodes[0, 1], rim_masses(case)
-        self.torque, self.radius, self.steps = case.torques[0], case.machine.drive_pulley.radius, 0
+        self.torque, self.radius, self.steps = case.torques[0], case.machine.pulley[0].radius, 0
 
     def __call__(self, steps: int) -> None:
         x, x_t, n, dt = self.x, self.x_t, self.n, self.dt

@@ -181,7 +181,7 @@ def _log(path: Path) -> None:
 
 
 def _excitation(path: Path) -> None:
-    check_excitation(load_drive("dissertation-3"), load_excitation(path))
+    check_excitation(load_drive("dissertation-3").two_pulleys, load_excitation(path))
 
 
 def _routes() -> Sources:
@@ -189,7 +189,7 @@ def _routes() -> Sources:
 
 
 def _controllers() -> Sources:
-    data = designed(load_drive("dissertation-3"), "darc-4").data
+    data = designed(load_drive("dissertation-3").two_pulleys, "darc-4").data
     return [("m.json", json.dumps(data, indent=indent).encode()) for indent in (1, None)]
 
 
