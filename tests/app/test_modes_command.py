@@ -1,12 +1,14 @@
 """`cabledrive modes`, `map`, `check`, `drives`: objects, tables that lose nothing, pictures of the same."""
 
+import tomllib
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import cabledrive as cd
 from cabledrive.modal.mode import multiplets
-from cabledrive.parameters import load_drive
+from cabledrive.parameters import load_drive, packaged_text
 from cabledrive.studies.resonance import resonance
 from command import answer, call
 
@@ -72,6 +74,11 @@ def test_a_packaged_drive_written_to_a_file_loads_as_the_same_drive(name, tmp_pa
     assert cd.content_hash(cd.load_drive(file)) == cd.content_hash(cd.load_drive(name))
     assert file.read_text() == answer("drives", name)["file"]
     assert file.read_text().rstrip("\n") == call("drives", name).stdout.rstrip("\n")
+
+
+def test_every_packaged_drive_is_listed_with_the_kind_of_its_file():
+    kinds = {row["name"]: row["kind"] for row in answer("drives")["drives"]}
+    assert kinds == {name: tomllib.loads(packaged_text(name))["kind"] for name in cd.packaged_drives()}
 
 
 # --- cabledrive resonance: what the contract promises, reasons beside nulls

@@ -185,6 +185,7 @@ def test_a_machine_changed_in_python_keeps_all_that_its_file_says(name):
     """Measured stiffness and carriages that move together, too, of which a file of routes knows nothing."""
     machine = cd.load_drive(name)
     listed, found = machine.two_pulleys, replace(machine, title="another").two_pulleys
+    assert machine.kind == listed.kind
     for key in ("kind", "name", "pulley", "motor", "lumped", "sensors", "goal", "excitation", "called"):
         assert getattr(found, key) == getattr(listed, key), key
     for key in ("span_length", "pulley_distance"):

@@ -96,6 +96,7 @@ def _route_schema() -> dict[str, Any]:
     """Files of kind "route"."""
     schema = _whole_schema(Machine)
     keys = schema["properties"]
+    keys["kind"]["enum"] = ["route"]
     keys[KEY] = {
         "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}],
         "description": "length that places may be written relative to, such as 0.5 shaft - 1 m [m]",

@@ -58,7 +58,7 @@ def as_axis(drive: Machine | Drive, axis: str | None = None) -> Drive:
     except InputRefused as refusal:
         if axis is None and machine.two_pulleys is not None:  # whose chains leave a heavy cable out
             return machine.two_pulleys
-        raise type(refusal)(f'kind = "{machine.listed.kind}": {refusal}') from None
+        raise type(refusal)(f'kind = "{machine.kind}": {refusal}') from None
 
 
 def axis_drive(chain: NetworkChain) -> Drive:

@@ -32,7 +32,7 @@ ANGLES = ("drive_angle", "load_angle", "motor_angle")
 class Machine(MachineBase):
     """A machine whose cables run over any number of pulleys: what every drive file is read into."""
 
-    kind: str = choice(("route",), "the ways of the cables are listed", "route")
+    kind: str = choice(("route", "loop", "line"), "whether its file lists ways or two pulleys", "route")
     cable: Rope | None = meaning("what the routes have in common", None)
     layout: RouteLayout = meaning("gravity", _UNDER_GRAVITY)
     body: tuple[Body, ...] = meaning("in the order of the file", ())
@@ -113,7 +113,7 @@ class Machine(MachineBase):
     @cached_property
     def plain(self) -> "Machine":
         """Itself as if its file listed the routes: spans and coordinates by their own names and senses."""
-        return replace(self, called=(), lumped=None) if self.called else self
+        return replace(self, kind="route", called=(), lumped=None) if self.called else self
 
     @cached_property
     def ropes(self) -> tuple[Rope, ...]:

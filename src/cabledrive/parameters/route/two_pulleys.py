@@ -48,7 +48,7 @@ def as_machine(drive: Drive, *, loaded: bool = False) -> Machine:
     beyond = {"upper": 0.0, "lower": drive.pulley_distance}
     rigidity = dict.fromkeys(RIGIDITY) | {"given_rigidity": drive.cable.axial_rigidity}
     machine = Machine(
-        **{name: getattr(drive, name) for name in (*SAID, "excitation")},
+        **{name: getattr(drive, name) for name in (*SAID, "kind", "excitation")},
         cable=Rope(**_alike(Rope, drive.cable) | rigidity),
         layout=RouteLayout(**_alike(RouteLayout, drive.layout)),
         pulley=pulleys,
