@@ -200,7 +200,7 @@ def experiment(
 
 
 def plan_experiment(
-    drive: Drive,
+    drive: Machine | Drive,
     excitation: Excitation | None = None,
     *,
     model: int | None = None,
@@ -211,7 +211,7 @@ def plan_experiment(
 
     Errors are relative; "amplitude_factor": by which the torque reaches the first limit, None without limits.
     """
-    excitation = excitation or Excitation()
+    drive, excitation = as_axis(drive), excitation or Excitation()
     check_excitation(drive, excitation)
     rig = rig_of(drive, model)
     command = command_of(excitation, rig.sample_rate, random_from(seed))
