@@ -15,7 +15,9 @@ NOTE = "Steady state across the plane of the machine; ropes touch nothing, the b
 def command(
     drive: Machine,
     building: float = opt("Hz", "Frequency at which the building sways.", required=True),
-    amplitude: float = opt("m", "Its horizontal amplitude at the highest part of the drive.", required=True),
+    amplitude: float = opt(
+        "m", "Its horizontal amplitude at the highest part of the machine.", required=True
+    ),
     text: str | None = opt(
         "KEY=FROM:TO[:N]",
         "Places of a body, such as car.y=2m:38m; default: the pose of the file.",
