@@ -121,6 +121,7 @@ def test_closed_forms_are_those_of_the_file_of_two_pulleys(name, way):
     values = [[getattr(one, key) or 0.0 for key in figures] for one in found]
     np.testing.assert_allclose(*values, rtol=1e-6)
     assert found[0].verdict == found[1].verdict
+    assert len(found[0].pairs) == len(found[1].pairs) > 0
 
 
 def test_an_axis_whose_heavy_cable_is_no_chain_of_the_network_is_that_of_its_two_pulleys():

@@ -164,7 +164,7 @@ def resonance(
     if not details:
         missing["growth_torque"] = "not asked for"
     ratio, here = span_frequency(drive) / pulley, float(threshold_torque(model))
-    pairs = machine_pairs(machine, resonant_pairs(drive)) if details else None
+    pairs = machine_pairs(drive.machine, resonant_pairs(drive)) if details else None
     verdict, beside = _of_others(instability.verdict, pairs, tau, model)
     return ResonanceSummary(
         frequency_ratio=ratio,
