@@ -44,7 +44,7 @@ def export_to(
     ----------
     folder : str or path
         New folder that receives the files.
-    source : Drive, Machine, str or path
+    source : Machine, Drive, str or path
         A drive, its name or file; a study's folder; a controller.json.
     format : {"c99", "fmu2", "fmu3", "mjcf", "modelica", "klipper"}
         What to write.

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
@@ -112,7 +111,7 @@ def _edges(net: Network) -> list[float]:
 
 
 def network_at_rest(
-    stated: Machine,
+    drive: Machine,
     *,
     motor: str | None = None,
     hold: Sequence[str] = (),
@@ -124,8 +123,7 @@ def network_at_rest(
     ``at_torque``: on the first pulley, taken up by the other of two [N m]; ``taut``: without weights, and of
     two pulleys what moves along the ropes alone.
     """
-    own: Any = stated  # of whichever form
-    drive: Machine = (replace(own, layout=replace(own.layout, gravity=0.0)) if taut else own).machine
+    drive = replace(drive, layout=replace(drive.layout, gravity=0.0)) if taut else drive
     numbers = [f"carriage {number}" for number in range(len(drive.carriage))]
     names = list(map(Motion(drive).carriage_name, range(len(drive.carriage))))
     called = numbers if drive.called else names

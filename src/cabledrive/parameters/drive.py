@@ -80,6 +80,8 @@ class Drive(MachineBase):
         """Itself, which control takes as it stands."""
         return self
 
+    listed = plant  # by a file
+
     @property
     def axis(self) -> Axis:
         """The axis that its motor moves: of a machine with routes, or its own load pulley."""

@@ -184,7 +184,7 @@ def content_hash(drive: Machine | Drive) -> str:
         64 hexadecimal digits (SHA-256 of the canonical JSON of the drive without its words).
     """
     content = tables_from_drive(drive, words=False)
-    drive = drive if isinstance(drive, Drive) else drive.listed
+    drive = drive.listed
     if isinstance(drive, Drive):
         if drive.chain_of:
             content["machine"] = tables_from_drive(drive.axis.machine, words=False)

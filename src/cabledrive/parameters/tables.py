@@ -147,7 +147,7 @@ def tables_from_drive(drive: Machine | Drive, *, words: bool = True) -> dict[str
     With ``words``, names and other text without bearing on results, it reads back as an equal machine;
     without them parts of one with routes are called by their numbers.
     """
-    drive = drive if isinstance(drive, Drive) else drive.listed
+    drive = drive.listed
     data: dict[str, Any] = {
         key: getattr(drive, key)
         for key in HEAD

@@ -60,7 +60,7 @@ def track(
 
     Parameters
     ----------
-    drive : Machine
+    drive : Machine or Drive
         As the law believes it to be; of a machine with routes the chain of its axis, where it is one, or the
         body that its two winches move.
     controller : str, path or OwnController, optional
@@ -77,7 +77,7 @@ def track(
         Default: one pulse of 45 deg in 0.5 s with 0.5 s dwell; of two winches a short way and back.
     options : RigOptions, optional
         Default: encoders with random phases, Kalman filter, stick-slip.
-    plant_drive : Drive, optional
+    plant_drive : Machine or Drive, optional
         The drive as it is, where that differs.
     axis : str, optional
         Of a machine with routes: its load, such as "head.x"; default: the first that is a chain.

@@ -70,7 +70,7 @@ class Machine(MachineBase):
     @property
     def figures(self) -> list[tuple[str, str]]:
         """Key and value of each quantity that its file states."""
-        return super().figures if self.plant is None else self.plant.figures
+        return super().figures if self.listed is self else self.listed.figures
 
     @property
     def machine(self) -> "Machine":
