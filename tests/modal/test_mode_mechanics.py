@@ -155,7 +155,7 @@ def test_below_a_mode_leaves_it_out_and_above_takes_it_in():
 def test_a_count_of_thousands_of_heavy_strings_is_that_of_their_travel_times():
     """n pi / t of each span and plane, less than one mode each apart."""
     drive = cd.load_drive("elevator").listed
-    spectrum = Spectrum(network_at_rest(drive)[0])
+    spectrum = Spectrum(network_at_rest(drive.machine)[0])
     turns = [
         np.sqrt(drive.cable.mass_per_length) * sum(own.travel_time for own in section.stretches) / np.pi
         for section in rest_state(drive).sections

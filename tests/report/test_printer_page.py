@@ -166,7 +166,7 @@ DRIVE = cd.load_drive("dissertation-2").listed
 
 
 def test_the_spectrum_marks_the_certified_modes():
-    marks = run_histories.spectrum_marks(DRIVE)
+    marks = run_histories.spectrum_marks(DRIVE.machine)
     longitudinal = [frequency for frequency, kind in marks if kind == "longitudinal"]
     assert longitudinal == [pytest.approx(cd.natural_frequencies(DRIVE, count=1)[0])]
     transverse = [frequency for frequency, kind in marks if kind == "transverse"]
