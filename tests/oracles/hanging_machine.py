@@ -1,8 +1,8 @@
 """Machines whose ropes hang: every span by polynomials of high order about its exact elastic catenary.
 
 Places on a rope are functions of the unstretched length from the start of a part, between two of the joints
-that its carriages are; a wheel's rim moves an end along the rope's own direction there. Shared with the
-package: the file's numbers.
+that its carriages are; a wheel's rim moves an end along the rope's own direction there. A rope that runs
+passes the places: what it does is (d/dt + v d/ds) of them. Shared with the package: the file's numbers.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq, root
 
 from oracles import rope_fem
-from oracles.network_fem import shape_functions
+from oracles.network_fem import shape_functions, with_flow
 from oracles.route_fem import Kinematics, solid_parts, span_frames, weight_of
 
 PLANES = (0, 1), (2,)
@@ -27,18 +27,23 @@ GAUSS = np.polynomial.legendre.leggauss(60)
 
 @dataclass(frozen=True)
 class Part:
-    """A piece of rope in the frame of its chord: length at rest, force at its start, weight of a metre."""
+    """A piece of rope in the frame of its chord: length at rest, force at its start, weight of a metre.
+
+    ``flow``: its density times the square of the unstretched speed, whose momentum is no part of the force.
+    """
 
     length: float
     force: np.ndarray
     weight: np.ndarray
     rigidity: float
+    flow: float
 
     def at(self, share):
-        """Direction, shape (n, 2), tension and stretch, shape (n,), at shares of the length."""
+        """Direction, shape (n, 2), force and stretch, shape (n,), at shares of the length."""
         force = self.force - np.outer(self.length * np.atleast_1d(share), self.weight)
-        tension = np.hypot(*force.T)
-        return force / tension[:, None], tension, 1.0 + tension / self.rigidity
+        size = np.hypot(*force.T)
+        # the tension is the force and the flow times the stretch
+        return force / size[:, None], size, (1.0 + size / self.rigidity) / (1.0 - self.flow / self.rigidity)
 
     def chord(self):
         """From its start to its end."""
@@ -46,7 +51,7 @@ class Part:
         return 0.5 * self.length * (GAUSS[1] * stretch) @ direction
 
 
-def catenary(rope, lengths, gravity, pull, hung, size):
+def catenary(rope, flow, lengths, gravity, pull, hung, size):
     """Parts of a rope of such lengths whose ends and guided carriages lie on its chord, and its force there.
 
     ``gravity``, shape (2,), in the frame of the chord; ``pull``: force along it at the start; ``hung``: mass
@@ -59,7 +64,7 @@ def catenary(rope, lengths, gravity, pull, hung, size):
         parts, jumps = [], iter(pull * unknown)
         force = np.array([pull, next(jumps)])
         for length, (mass, is_held) in zip(lengths, [*hung, (0.0, False)], strict=True):
-            parts.append(Part(length, force, rope.density * gravity, rope.axial_rigidity))
+            parts.append(Part(length, force, rope.density * gravity, rope.axial_rigidity, flow))
             force = force - (length * rope.density + mass) * gravity
             force[1] = next(jumps) if is_held else force[1]
         return parts, force
@@ -81,25 +86,26 @@ class Settled:
     axes: np.ndarray
     directions: list
     parts: list
-    tensions: tuple  # where a straight rope leaves its wheels
+    tensions: tuple  # where a straight rope leaves its wheels, without the momentum that passes with it
     missing: float
 
 
-def settled(drive, frame, pull, hung, fed):
+def settled(drive, frame, pull, hung, fed, shorter=1.0):
     """A span between where it leaves its wheels, with rope that was fed in at its start and out at its end.
 
-    ``hung``: share of the length of the straight rope, mass, whether it is guided, of each carriage.
+    ``shorter``: unstretched speed of a rope that runs over that of the straight machine; ``hung``: share of
+    the length of the straight rope, mass, whether it is guided, of each carriage.
     """
     first, last, along, straight, number = frame
     rope = drive.ropes[number]
     cut = straight / (1.0 + (rope.pretension or 0.0) / rope.axial_rigidity)
     shares = np.array([0.0, *(one[0] for one in hung), 1.0])
-    directions, ends = [along, along], [pull, pull]
+    directions, stretches, speed = [along, along], 2 * [straight / cut], drive.route[number].speed
     for _ in range(60):
         turns = [np.arctan2(along[0] * d[1] - along[1] * d[0], along @ d) for d in directions]
         arcs = [
-            place[2] * turn / (1.0 + tension / rope.axial_rigidity)
-            for place, turn, tension in zip((first, last), turns, ends, strict=True)
+            place[2] * turn / stretch
+            for place, turn, stretch in zip((first, last), turns, stretches, strict=True)
         ]
         lengths = cut * np.diff(shares)
         lengths[0] += fed[0] - arcs[0]
@@ -111,8 +117,10 @@ def settled(drive, frame, pull, hung, fed):
         chord = contacts[1] - contacts[0]
         size = np.hypot(*chord)
         axes = np.array([chord, [-chord[1], chord[0]]]) / size
-        parts, end = catenary(rope, lengths, axes @ weight_of(drive), pull, [one[1:] for one in hung], size)
-        before = directions
+        flow = rope.density * (speed * cut / straight * shorter) ** 2
+        given = axes @ weight_of(drive), pull, [one[1:] for one in hung], size
+        parts, end = catenary(rope, flow, lengths, *given)
+        before, stretches = directions, [parts[0].at(0.0)[2][0], parts[-1].at(1.0)[2][0]]
         ends = [np.hypot(*parts[0].force), np.hypot(*end)]
         directions = [
             force / tension @ axes for force, tension in zip((parts[0].force, end), ends, strict=True)
@@ -122,11 +130,9 @@ def settled(drive, frame, pull, hung, fed):
     missing = sum(part.chord()[0] for part in parts) / size - 1.0
     normal = np.array([-along[1], along[0]])
     onward = []  # tension where a straight rope leaves its wheels: of the rope between hangs on it
-    for place, contact, tension in zip((first, last), contacts, ends, strict=True):
+    for place, contact, pull, stretch in zip((first, last), contacts, ends, stretches, strict=True):
         moved = contact - np.array(place[0]) + place[2] * normal
-        onward.append(
-            tension + rope.density / (1.0 + tension / rope.axial_rigidity) * weight_of(drive) @ moved
-        )
+        onward.append(pull + rope.density / stretch * weight_of(drive) @ moved)
     return Settled(axes, directions, parts, tuple(onward), missing)
 
 
@@ -151,15 +157,20 @@ def at_rest(drive):
     pulls = np.array([drive.ropes[frame[4]].pretension for frame in frames])
     strained = np.array([frame[3] / drive.ropes[frame[4]].axial_rigidity for frame in frames]) * pulls
 
+    runs = any(route.speed for route in drive.route)
+
     def spans_of(unknown):
         fed = np.zeros((len(frames), 2))
-        for (before, behind), share in zip(gates, unknown[len(frames) :], strict=True):
+        for (before, behind), share in zip(
+            gates, unknown[len(frames) : len(frames) + len(gates)], strict=True
+        ):
             rope = share * strained[before if behind is None else behind]
             for span, end in ((before, 1), (behind, 0)):
                 if span is not None:
                     fed[span, end] = rope
+        shorter = unknown[-1] if runs else 1.0
         return [
-            settled(drive, *one)
+            settled(drive, *one, shorter)
             for one in zip(frames, pulls * unknown[: len(frames)], hung, fed, strict=True)
         ]
 
@@ -172,9 +183,15 @@ def at_rest(drive):
             first = pull if before is None else found[before].tensions[1]
             last = pull if behind is None else found[behind].tensions[0]
             reach.append((first - last) / pull)
+        if runs:  # the mean stretch makes of what passes unstretched the speed of the file
+            parts = [part for one in found for part in one.parts]
+            lengths = np.array([part.length for part in parts])
+            stretch = lengths @ [part.at(0.5)[2][0] for part in parts] / np.sum(lengths)
+            reach.append(unknown[-1] * stretch / (1.0 + pulls[0] / drive.ropes[0].axial_rigidity) - 1.0)
         return reach
 
-    found = root(miss, np.append(np.ones(len(frames)), np.zeros(len(gates))), tol=1e-14)
+    start = np.concatenate((np.ones(len(frames)), np.zeros(len(gates)), np.ones(int(runs))))
+    found = root(miss, start, tol=1e-14)
     assert np.max(np.abs(found.fun)) < 1e-9, found.fun
     return spans_of(found.x)
 
@@ -213,6 +230,7 @@ def frequencies(drive, *, tensions=None, ways=PLANES, held=(), degree=26):
     total = n + bubbles.size
     unit, inner = np.eye(total), iter(bubbles.reshape(-1, degree - 1, 3))
     m, k = (np.pad(own, (0, total - kin.size)) for own in solid_parts(drive, kin))
+    g = np.zeros_like(m)
     for number, (frame, rest) in enumerate(spans):
         own = sorted(
             (place, one.mass, one.guided, kin.size + 3 * i)
@@ -228,19 +246,24 @@ def frequencies(drive, *, tensions=None, ways=PLANES, held=(), degree=26):
             m += mass * joints[-2].T @ joints[-2]
         for part, near, far in zip(parts, joints[:-1], joints[1:], strict=True):
             rows = np.concatenate(([near, far], unit[next(inner)])).reshape(-1, total)
-            direction, tension, stretch = part.at(points)
+            direction, force, stretch = part.at(points)
             direction = np.pad(direction, ((0, 0), (0, 1)))
             along = direction[:, :, None] * direction[:, None, :]
-            across = (tension / stretch)[:, None, None] * (np.eye(3) - along)
-            block = weights[:, None, None] / part.length * (part.rigidity * along + across)
+            across = (force / stretch)[:, None, None] * (np.eye(3) - along)
+            block = weights[:, None, None] / part.length * ((part.rigidity - part.flow) * along + across)
             stiff = np.einsum("iq,jq,qab->iajb", slopes, slopes, block, optimize=True)
             k += rows.T @ stiff.reshape(len(rows), -1) @ rows
             mass = drive.ropes[frame[4]].density * part.length * (values * weights) @ values.T
             m += rows.T @ np.kron(mass, np.eye(3)) @ rows
+            passes = np.sqrt(drive.ropes[frame[4]].density * part.flow) * (values * weights) @ slopes.T
+            g += rows.T @ np.kron(passes - passes.T, np.eye(3)) @ rows
     way = np.concatenate((np.zeros(kin.size), np.resize(range(3), total - kin.size)))
     free = (np.diag(m) > 0.0) & ~np.isin(range(total), held)
     found = []
     for own in (np.ix_(*[free & np.isin(way, one)] * 2) for one in ways):
+        if g[own].any():
+            found.append(with_flow(m[own], g[own], k[own])[:COUNTED] / (2.0 * np.pi))
+            continue
         top = eigh(k[own], m[own], eigvals_only=True)[: COUNTED + 1][-1]
         found.append(rope_fem.frequencies(m[own], k[own], np.sqrt(top)) / (2.0 * np.pi))
     return found

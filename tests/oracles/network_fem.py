@@ -73,10 +73,19 @@ def natural_frequencies(strings, mass, stiffness, degree):
     m, g, k = matrices(strings, mass, stiffness, degree)
     if not g.any():
         return np.sqrt(np.maximum(eigh(k, m, eigvals_only=True), 0.0))
+    return with_flow(m, g, k)
+
+
+def with_flow(m, g, k):
+    """Natural frequencies [rad/s] of matrices of mass, of what flows, and of stiffness."""
     size = m.shape[0]
     one, none = np.eye(size), np.zeros((size, size))
-    values = eigvals(np.block([[none, one], [-k, -g]]), np.block([[one, none], [none, m]]))
-    return np.sort(values.imag)[-size:]
+    try:  # Hermitian where nothing moves without strain: double roots keep their digits
+        energy = np.block([[k, none], [none, m]])
+        return eigh(-1j * np.block([[none, k], [-k, -g]]), energy, eigvals_only=True)[-size:]
+    except np.linalg.LinAlgError:
+        values = eigvals(np.block([[none, one], [-k, -g]]), np.block([[one, none], [none, m]]))
+        return np.sort(values.imag)[-size:]
 
 
 def modes_below(chain, omega):

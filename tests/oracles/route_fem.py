@@ -240,7 +240,7 @@ def system(drive, tensions):
                         right[way],
                         rope.density * unstretched,
                         speed,
-                        speed=route.speed / stretch / unstretched if way else 0.0,
+                        speed=route.speed / stretch / unstretched,
                         ropes=route.ropes,
                         taper=growth if way else 0.0,
                     )

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from cabledrive.modal.elements import Segments, Values
 from cabledrive.modal.rows import (
     MASS,
-    POLE,
-    SPRING,
+    ONE_WAY,
     Array,
     Integers,
     Lanes,
@@ -84,7 +83,7 @@ class Cut:
             share = np.repeat(own.z * own.time / (1 + long) / 3.0, 1 + long)
             mass[1:waves:3] = mass[2:waves:3] = share
         mass[waves:][kinds == MASS] = factor[kinds == MASS]
-        diagonal = np.bincount(column, mass[row] * value**2, n)
+        diagonal = np.bincount(column, mass[row] * np.abs(value) ** 2, n)
         self.scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         sort = np.argsort(row, kind="stable")
         row, column, value, delayed = row[sort], column[sort], value[sort], delayed[sort]
@@ -96,7 +95,7 @@ class Cut:
         self.position = np.empty(n, dtype=np.intp)
         self.position[self.order] = np.arange(n)
         upper, lower = self.position[upper], self.position[lower]
-        running = bool(own.lag[self.wave].any())
+        running = bool(own.lag[self.wave].any()) or np.iscomplexobj(value)
         self.table = _table(
             own,
             self.wave,
@@ -104,7 +103,7 @@ class Cut:
             (kinds, factor, np.concatenate(b)),
             (row, self.position[column], value * self.scale[column], delayed),
             (first, *pairs),
-            () if running else long_runs(np.maximum(upper, lower), np.minimum(upper, lower), n),
+            None if running else long_runs(np.maximum(upper, lower), np.minimum(upper, lower), n),
             n,
         )
 
@@ -169,7 +168,7 @@ class Cut:
 
 def _rope_rows(
     parts: Segments, ends: list[list[tuple[int, float]]], inner: Integers, base: int
-) -> list[tuple[Integers, Integers, Array, NDArray[np.bool_]]]:
+) -> list[tuple[Integers, Integers, Values, NDArray[np.bool_]]]:
     """Entries of a rope's rows: of the joints between its segments, and of its ends."""
     p, r, width = parts.value.shape
     k, found = width // 2, []
@@ -189,12 +188,15 @@ def _table(
     wave: Integers,
     part: Integers,
     fixed: tuple[Integers, Array, Array],
-    entries: tuple[Integers, Integers, Array, NDArray[np.bool_]],
+    entries: tuple[Integers, Integers, Values, NDArray[np.bool_]],
     pairs: tuple[Integers, Integers, Integers],
-    runs: tuple[Run, ...],
+    runs: tuple[Run, ...] | None,
     size: int,
 ) -> Table:
-    """Entries, in order of their rows, and the pairs of them that make the lower half of the band."""
+    """Entries, in order of their rows, and the pairs of them that make the lower half of the band.
+
+    ``runs``: None where a rope runs.
+    """
     row, column, value, delayed = entries
     lag, rows = own.lag[wave], 3 * wave.size + fixed[0].size
     first, e, f = pairs
@@ -202,9 +204,9 @@ def _table(
     e, f = e[lower], f[lower]
     width = int((column[e] - column[f]).max(initial=0))
     slot = column[f] * (width + 1) + column[e] - column[f]
-    delay, product = delayed[f].astype(float) - delayed[e], value[e] * value[f]
-    which = [~delayed, delayed] if lag.any() else [~delayed]
-    where = [delay == 0.0, delay > 0.0, delay < 0.0] if lag.any() else [delay == 0.0]
+    delay, product = delayed[f].astype(float) - delayed[e], value[e].conj() * value[f]
+    which = [~delayed, delayed] if runs is None else [~delayed]
+    where = [delay == 0.0, delay > 0.0, delay < 0.0] if runs is None else [delay == 0.0]
     return Table(
         z=own.z[wave],
         time=own.time[wave],
@@ -218,22 +220,22 @@ def _table(
         column=column,
         value=value,
         kinds=tuple(
-            (kind, np.flatnonzero(fixed[0] == kind)) for kind in (MASS, SPRING, POLE) if kind in fixed[0]
+            (kind, np.flatnonzero(fixed[0] == kind)) for kind in range(ONE_WAY + 1) if kind in fixed[0]
         ),
         rows=tuple(_matrix(value[one], row[one], column[one], (rows, size)) for one in which),
         products=tuple(
             _matrix(product[one], slot[one], row[e][one], (size * (width + 1), rows)) for one in where
         ),
-        runs=runs,
+        runs=runs or (),
         size=size,
         width=width,
     )
 
 
-def _matrix(value: Array, row: Integers, column: Integers, shape: tuple[int, int]) -> Any:
+def _matrix(value: Values, row: Integers, column: Integers, shape: tuple[int, int]) -> Any:
     """A matrix of entries that add up, sparse where it is large."""
     if shape[0] * shape[1] <= DENSE:
-        full = np.zeros(shape)
+        full = np.zeros(shape, value.dtype)
         np.add.at(full, (row, column), value)
         return full
     from scipy.sparse import coo_array  # small machines do not wait for it

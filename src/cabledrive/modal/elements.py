@@ -8,7 +8,8 @@ A `Wave` is a straight string or rod of even tension, of any length. A `Rope` is
 with A = EA, R = T/(1 + T/EA), B = EI and the direction (c, s) of the rope at rest, which change along it: a
 heavy string has only R, a beam R and B, a rope that sags, however deep, A, R and (c, s). On segments of less
 than half a wave polynomials of degree 11 leave out less than round-off. The inner ones are condensed to modes
-between held ends (Craig and Bampton [1]_), each of which is one row.
+between held ends (Craig and Bampton [1]_), each of which is one row. A rope that runs has
+:math:`\rho v^2` less of A and R, and the momentum that it carries along, Eq. (M.12); its modes are two rows.
 
 References
 ----------
@@ -27,7 +28,7 @@ import numpy as np
 from numpy.polynomial import Polynomial, legendre
 from numpy.typing import NDArray
 
-from cabledrive.modal.rows import MASS, POLE, SPRING, Array, Integers
+from cabledrive.modal.rows import MASS, ONE_WAY, POLE, SPRING, TURN, Array, Integers
 from cabledrive.parameters import InputRefused
 
 Values = NDArray[Any]
@@ -91,14 +92,15 @@ class Wave:
 
 @dataclass(frozen=True, eq=False)
 class Rope:
-    """A rope whose force or direction changes along it, or which bends; lengths as of its coordinate x.
+    r"""A rope whose force or direction changes along it, or which bends; lengths as of its coordinate x.
 
     ``start``, ``end``: rows of its ends in the order u, w, w'; ``hold``: R at places [N]; ``density``:
-    [kg/m]; ``tags``: of the directions that it covers; ``vanishes``: the place in the complex plane where its
-    tension would [m], infinite of an even one; ``direction``: (c, s) at places, of one that moves
-    along as well; ``pull``: A [N]; ``bend``: B [N m^2]; ``longer``: its length over that between the places
-    where it is stretched; ``inside``: shares of it at which its piece starts and ends; ``taut``: what it
-    is without sag; ``straight``: above ``edge`` [rad/s], where that moves no mode any more.
+    [kg/m]; ``tags``: of the directions that it covers; ``vanishes``: the place in the complex plane where R
+    would [m], infinite of an even one; ``direction``: (c, s) at places, of one that moves along as well;
+    ``pull``: A [N]; ``bend``: B [N m^2]; ``speed``: at which it runs, unstretched [m/s], with R and A less
+    by :math:`\rho v^2`; ``longer``: its length over that between the places where it is stretched;
+    ``inside``: shares of it at which its piece starts and ends; ``taut``: what it is without sag;
+    ``straight``: above ``edge`` [rad/s], where that moves no mode any more.
     """
 
     start: tuple[Row, ...]
@@ -111,6 +113,7 @@ class Rope:
     direction: Callable[[Array], tuple[Array, Array]] | None = None
     pull: float = 0.0
     bend: float = 0.0
+    speed: float = 0.0
     ropes: int = 1
     longer: float = 1.0
     inside: tuple[float, float] = (0.0, 1.0)
@@ -126,8 +129,8 @@ class Rope:
     @cached_property
     def time(self) -> float:
         """Travel time of a wave across [s]."""
-        held = self.hold(np.linspace(0.0, self.length, 33))
-        slow = np.sqrt(self.density / (held + self.bend / self.length**2))
+        held = self.hold(np.linspace(0.0, self.length, 33)) + self.bend / self.length**2
+        slow = np.sqrt(self.density * (held + self.density * self.speed**2)) / held
         return float(self.length * slow.mean())
 
     def places(self, top: float) -> Array:
@@ -153,6 +156,9 @@ class Rope:
         wave = top * np.sqrt(
             2.0 * self.density / (least + np.sqrt(least**2 + 4.0 * self.bend * self.density * top**2))
         )
+        if self.speed:  # of its two waves the shorter one, as if it did not bend
+            flow = self.density * self.speed**2
+            wave = top * np.sqrt(self.density) * (np.sqrt(flow) + np.sqrt(flow + least)) / least
         counts = np.maximum(1.0, np.ceil(wave * self.length * np.diff(places) / PHASE))
         if not counts.sum() <= MOST_SEGMENTS:
             raise InputRefused(
@@ -198,23 +204,33 @@ class Rope:
         turned, factor = np.linalg.qr(strain[:, :, ends:])
         inverse = np.linalg.inv(factor)
         inner = motion[:, :, ends:] @ inverse
-        _, give, vectors = np.linalg.svd(inner, full_matrices=False)
         still = -inverse @ (turned.swapaxes(1, 2) @ strain[:, :, :ends])
         at_rest = strain[:, :, :ends] + strain[:, :, ends:] @ still
         mass = motion[:, :, :ends] + motion[:, :, ends:] @ still
-        waves = (inner @ vectors.swapaxes(1, 2)) / give[:, None, :]  # of unit modal mass
-        spring, inertia = (np.linalg.qr(own, mode="r") for own in (at_rest, mass))
-        kinds = [SPRING] * ends + [MASS] * ends + [POLE] * give.shape[1]
+        if self.speed:
+            base = np.zeros((size.size, strain.shape[2], strain.shape[2]))
+            base[:, :ends, :ends], base[:, ends:, :ends], base[:, ends:, ends:] = np.eye(ends), still, inverse
+            if beam:
+                base[:, at] *= size[:, None, None]
+            values, slopes = (np.concatenate(shapes[i : i + 3 : 2]) for i in (0, 1))
+            moves = (values * np.tile(weight, 2)[:, None]).T @ slopes
+            turn = 1j * self.density * self.speed * (base.swapaxes(1, 2) @ (moves - moves.T) @ base)
+            kinds, b, value, waves = _modes_of_flow(turn, mass, inner)
+        else:
+            _, give, vectors = np.linalg.svd(inner, full_matrices=False)
+            waves = vectors.swapaxes(1, 2) / give[:, None, :]  # of unit modal mass
+            kinds, b = [MASS] * ends + [POLE] * give.shape[1], np.pad(1.0 / give, ((0, 0), (ends, 0)))
+            value = np.concatenate((np.linalg.qr(mass, mode="r"), (inner @ waves).swapaxes(1, 2) @ mass), 1)
         return Segments(
             rope=self,
             places=places,
             x=x,
             size=size,
-            kind=np.tile(kinds, (size.size, 1)),
-            b=np.concatenate((np.zeros((size.size, 2 * ends)), 1.0 / give), 1),
-            value=np.concatenate((spring, inertia, waves.swapaxes(1, 2) @ mass), 1),
+            kind=np.tile([SPRING] * ends + kinds, (size.size, 1)),
+            b=np.pad(b, ((0, 0), (ends, 0))),
+            value=np.concatenate((np.linalg.qr(at_rest, mode="r"), value), 1),
             still=still,
-            waves=inverse @ vectors.swapaxes(1, 2) / give[:, None, :],
+            waves=inverse @ waves,
         )
 
 
@@ -232,18 +248,19 @@ class Segments:
     size: Array
     kind: Integers
     b: Array
-    value: Array
+    value: Values
     still: Array
-    waves: Array
+    waves: Values
 
     def factors(self, omega: float | Array, ends: Values) -> Values:
         """Factors of all polynomials, shape (p, n, k), by the motion of their ends, shape (p, ends, k).
 
         ``omega``: of all columns, or of each, (k,) [rad/s].
         """
-        k = ends.shape[1]
-        pole, b = self.value[:, 2 * k :], self.b[:, 2 * k :, None]
-        inside = self.still @ ends + self.waves @ (omega**2 / (b**2 - omega**2) * (pole @ ends))
+        k, number = ends.shape[1], self.waves.shape[2]
+        pole, b = self.value[:, -number:], self.b[:, -number:, None]
+        share = b * omega / (omega - b) if self.rope.speed else omega**2 / (b**2 - omega**2)
+        inside = self.still @ ends + self.waves @ (share * (pole @ ends))
         if self.rope.bend:
             ends = ends.copy()
             ends[:, [k // 2 - 1, k - 1]] *= self.size[:, None, None]
@@ -282,6 +299,29 @@ class Segments:
         shown = legendre.legvander(local, both[0].shape[0] - 1)
         along, across = (np.einsum("qn,qnk->kq", shown @ own, q) for own in both)
         return along, across
+
+
+def _modes_of_flow(turn: Values, mass: Array, inner: Array) -> tuple[list[int], Array, Values, Values]:
+    r"""Rows of a rope that runs behind its springs: kinds, b and rows; its modes by the inner polynomials.
+
+    ``turn``: the momentum that it carries along, by the ends first, with the inner ones of unit stiffness.
+    With :math:`\nu = 1/b` they satisfy :math:`(\nu^2 + \nu H - M)\,z = 0`, a symmetric problem of twice the
+    size, the frequencies of waves that go one way and, below zero, the other.
+    """
+    ends, n = mass.shape[2], inner.shape[2]
+    whole = np.zeros((mass.shape[0], 2 * n, 2 * n), dtype=complex)
+    whole[:, :n, :n] = -turn[:, ends:, ends:]
+    whole[:, n:, :n] = np.linalg.qr(inner, mode="r")
+    slow, vectors = np.linalg.eigh(whole)  # of the lower half
+    waves, coupled = vectors[:, :n], turn[:, ends:, :ends]
+    back = waves.conj().swapaxes(1, 2)
+    pole = back @ coupled - back @ (inner.swapaxes(1, 2) @ mass) / slow[:, :, None]
+    inertia = np.linalg.qr(np.concatenate((mass, coupled.imag), 1), mode="r")
+    carried, ways = np.linalg.eigh(turn[:, :ends, :ends])
+    flow = np.sqrt(np.abs(carried))[:, :, None] * ways.conj().swapaxes(1, 2)
+    b = np.concatenate((np.zeros(carried.shape), np.sign(carried), 1.0 / slow), 1)
+    kinds = [MASS] * ends + [TURN] * ends + [ONE_WAY] * (2 * n)
+    return kinds, b, np.concatenate((inertia, flow, pole), 1), waves
 
 
 @cache

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cabledrive.mechanics.network.pieces import Piece
 from cabledrive.mechanics.network.rest_forces import RestingStretch, sag_parameter
 from cabledrive.modal.elements import ACROSS, ALONG, OUT, Rope, Row, Wave
 from cabledrive.modal.rows import Array
@@ -43,26 +44,17 @@ class End(NamedTuple):
     lift: float = 0.0
 
 
-def parts_of_piece(
-    number: int,
-    rest: RestingStretch,
-    rope: tuple[float, float, int],
-    near: End,
-    far: End,
-    edge: float,
-) -> list[Wave | Rope]:
+def parts_of_piece(number: int, piece: Piece, near: End, far: End, edge: float) -> list[Wave | Rope]:
     """A piece in all its directions, by unstretched lengths.
 
-    ``rope``: mass per metre [kg/m], bending stiffness [N m^2], how many side by side; ``edge``: where sag
-    moves no mode any more [rad/s], 0: nowhere any.
+    ``edge``: where sag moves no mode any more [rad/s], 0: nowhere any.
     """
-    density, bending, ropes = rope
+    rest, ropes, density = piece.rest, piece.route.ropes, piece.rope.density
+    bending, speed = piece.rope.bending_stiffness or 0.0, piece.speed
     length, rigidity = rest.length, rest.axial_rigidity
     first, last = (1.0 + tension / rigidity for tension in rest.tensions)
     before, after = near.lift / first, far.lift / last
     whole = before + length + after
-    z = sqrt(rigidity * density)
-    time_along = length * density / z
     hold, direction = _force_of(rest, before)
     load = complex(*rest.load)
     vanishes = before + complex(*rest.force) / load if load else inf
@@ -71,7 +63,7 @@ def parts_of_piece(
         tension = rest.tensions[0]
         time = length * sqrt(density * (1.0 + tension / rigidity) / tension)
     else:
-        held = rest.tension_at(rest.start + np.linspace(0.0, length, 9))
+        held = hold(before + np.linspace(0.0, length, 9))
         even = bool(np.ptp(held) <= EVEN * held.min())
         time = sqrt(density) * rest.travel_time
 
@@ -88,19 +80,22 @@ def parts_of_piece(
             density=density,
             tags=tuple((number, DIRECTIONS[i]) for i in ways),
             bend=bending / (0.5 * (first + last)) ** 3,
+            speed=speed,
             ropes=ropes,
             inside=(before / whole, (before + length) / whole),
             vanishes=vanishes,
         )
 
+    def wave(moves: tuple[Rows, Rows], i: int, time: float) -> Wave:
+        flow = speed * time / length  # over the speed of its waves, Eq. (N.3)
+        taken, tag = time / (1.0 - flow**2), (number, DIRECTIONS[i])
+        return Wave(moves[0][i], moves[1][i], density * length / time, taken, tag, flow * taken, ropes)
+
     def across(moves: tuple[Rows, Rows], i: int) -> Wave | Rope:
-        if bending or not even:
-            return string(moves, i)
-        tag = number, DIRECTIONS[i]
-        return Wave(moves[0][i], moves[1][i], density * length / time, time, tag, ropes=ropes)
+        return string(moves, i) if bending or not even else wave(moves, i, time)
 
     straight, own = (near.straight, far.straight), (near.itself, far.itself)
-    along = Wave(straight[0][0], straight[1][0], z, time_along, (number, ALONG), ropes=ropes)
+    along = wave(straight, 0, time_along := length * sqrt(density / rigidity))
     out, *taut = across(straight, 2), along, across(straight, 1)
     if not edge:
         return [out, *taut]
@@ -115,7 +110,7 @@ def parts_of_piece(
     hanging = replace(
         string((near.moves, far.moves), 0, 1),
         direction=direction,
-        pull=rigidity,
+        pull=rigidity - rest.flow,
         longer=whole / length,
         taut=tuple(taut),
         straight=(curved, across(own, 1)),
@@ -125,14 +120,14 @@ def parts_of_piece(
 
 
 def _force_of(rest: RestingStretch, before: float) -> tuple[Callable[[Array], Array], Callable[[Array], Any]]:
-    """R = T/(1 + T/EA) [N], and cosine and sine of the direction, by the distance from where the rope starts.
+    """R [N], and cosine and sine of the direction, by the distance from where the rope starts.
 
-    ``before``: from there to the start of the stretch [m].
+    R is without the momentum of a rope that runs; ``before``: from there to the start of the stretch [m].
     """
 
     def hold(x: Array) -> Array:
-        tension = rest.tension_at(rest.start - before + np.ravel(x)).reshape(np.shape(x))
-        return np.asarray(tension / (1.0 + tension / rest.axial_rigidity))
+        force = np.hypot(*rest.force_at(rest.start - before + np.ravel(x))).reshape(np.shape(x))
+        return np.asarray(force * (rest.axial_rigidity - rest.flow) / (rest.axial_rigidity + force))
 
     def direction(x: Array) -> tuple[Array, Array]:
         along, across = rest.force_at(rest.start - before + np.ravel(x)).reshape(2, *np.shape(x))
@@ -148,10 +143,13 @@ def straight_above(stretches: Sequence[RestingStretch], density: float) -> float
     The n-th wave across and a mode along that meet part by half of :math:`\sqrt 8\,\lambda/(n\pi)^2` of their
     frequency; else waves across move by half the square of this. Of the curvature, which raises modes along
     by half of :math:`(\omega_r/\omega)^2 = \lambda^2/(n\pi)^2`, what waves leave out is the square of this.
+    Waves across a rope that runs, :math:`e^{i\omega\delta x/l}` times a sine, meet those along by up to
+    :math:`1/(1 - v^2/c^2)` more.
     """
     if all(own.straight for own in stretches):
         return 0.0
-    irvine = sag_parameter(stretches)
+    flow = stretches[0].flow / stretches[0].mean_tension
+    irvine = sag_parameter(stretches) / (1.0 - flow) ** 2
     number = max(sqrt(sqrt(8.0 * irvine) / (2.0 * COUPLED)), sqrt(irvine / CURVED)) / pi
     if number < 1.0:
         return 0.0

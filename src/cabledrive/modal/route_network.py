@@ -23,7 +23,7 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
     """A machine with routes, its rows and statics those of `cabledrive.mechanics.network`.
 
     ``hanging``: whether ropes sag, else they are straight; ``even``: all are straight strings of even tension
-    without bending stiffness, as the frequency response takes them, and as ropes are that run.
+    without bending stiffness, as the frequency response takes them.
     """
     drive, motion = net.drive, net.motion
     edges = _edges(net) if hanging else [0.0] * len(net.pieces)
@@ -66,15 +66,14 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
         )
 
     for number, piece in enumerate(net.pieces):
-        if even or piece.route.speed:
+        if even:
             for link, way in enumerate(DIRECTIONS, start=3 * number):
                 ends = [items(row) for row in piece.rows[way]]
                 wave = net.impedance[link], net.time[link], (number, way), net.lag[link], int(net.ropes[link])
                 parts.append(Wave(ends[0], ends[1], *wave))
             continue
-        rope = piece.rope.density, piece.rope.bending_stiffness or 0.0, piece.route.ropes
         near, far = (end(piece, start, edges[number] > 0.0) for start in (True, False))
-        parts += parts_of_piece(number, piece.rest, rope, near, far, edges[number])
+        parts += parts_of_piece(number, piece, near, far, edges[number])
     fixed = [
         Fixed(kind, float(own), tuple(row.items()), name if kind == SPRING else "")
         for kind, parts in ((MASS, net.masses), (SPRING, net.springs))
@@ -101,12 +100,10 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
 
 
 def _edges(net: Network) -> list[float]:
-    """Frequency above which each piece is straight [rad/s]; 0: it does not sag, or it runs."""
+    """Frequency above which each piece is straight [rad/s]; 0: it does not sag."""
     found: list[float] = []
     for own in net.sections:
-        rope, runs = own[0].rope, bool(own[0].route.speed)
-        edge = 0.0 if runs else straight_above([piece.rest for piece in own], rope.density)
-        found += [edge] * len(own)
+        found += [straight_above([piece.rest for piece in own], own[0].rope.density)] * len(own)
     return found
 
 

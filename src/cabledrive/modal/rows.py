@@ -9,11 +9,12 @@ dynamic stiffness over the frequency is the sum of their weighted squares, and s
           \qquad \text{Eq. (M.1)}
 
 for the stretch and for each end of a wave, :math:`t = \tan(\omega\tau/2)`, for a mass, for a spring, and for
-a mode between held ends. A wave along a rope of curvature :math:`\kappa` far above its ring frequency
-:math:`\omega_r = c\kappa` has :math:`Z s` and :math:`\tau/s` in place of Z and :math:`\tau`, with
-:math:`s^2 = 1 + \omega_r^2/\omega^2`: the rope across gives way by its inertia alone. Nothing below knows
-strings, beams or sag. All is done for many frequencies at once, the lanes; each may be of a machine of its
-own, with other numbers in the same rows.
+a mode between held ends. Ropes that run and hang have :math:`\pm a` for what their momentum turns, and
+:math:`-a\,\omega^2/(b - \omega)` for a mode of waves of one way, of the other one with b below zero. A wave
+along a rope of curvature :math:`\kappa` far above its ring frequency :math:`\omega_r = c\kappa` has
+:math:`Z s` and :math:`\tau/s` in place of Z and :math:`\tau`, with :math:`s^2 = 1 + \omega_r^2/\omega^2`:
+the rope across gives way by its inertia alone. Nothing below knows strings, beams or sag. All is done for
+many frequencies at once, the lanes; each may be of a machine of its own, with other numbers in the same rows.
 """
 
 from math import pi
@@ -29,7 +30,7 @@ from cabledrive.parameters.errors import NotComputed
 Array = NDArray[np.float64]
 Integers = NDArray[np.intp]
 
-MASS, SPRING, POLE = 0, 1, 2
+MASS, SPRING, POLE, TURN, ONE_WAY = range(5)
 """Kinds of the rows behind those of the waves."""
 
 GROWTH = 1e4
@@ -69,7 +70,7 @@ class Table(NamedTuple):
     b: Array
     first: Integers
     column: Integers
-    value: Array
+    value: NDArray[Any]
     kinds: tuple[tuple[int, Integers], ...]
     rows: tuple[Any, ...]
     products: tuple[Any, ...]
@@ -80,7 +81,7 @@ class Table(NamedTuple):
     @property
     def running(self) -> bool:
         """Whether a rope runs, so that shapes are complex."""
-        return bool(self.lag.any())
+        return len(self.rows) > 1
 
 
 class Lanes(NamedTuple):
@@ -159,11 +160,17 @@ def weights(t: Table, lanes: Lanes, *, rates: bool = True) -> tuple[Array, Array
             w[m + rows], fall = -omega * a, a
         elif kind == SPRING:
             w[m + rows], fall = a / omega, a / square
-        else:
+        elif kind == POLE:
             b = t.b[rows, None] ** 2
             apart = b - square
             w[m + rows] = -a * omega * square / apart
             fall = a * square * (3.0 * b - square) / apart**2
+        elif kind == TURN:
+            w[m + rows], fall = a * t.b[rows, None], 0.0 * a
+        else:
+            b, apart = t.b[rows, None], t.b[rows, None] - omega
+            w[m + rows] = -a * square / apart
+            fall = a * omega * (2.0 * b - omega) / apart**2
         if rates:
             rate[m + rows] = fall
     return w, rate, late, hidden
@@ -342,7 +349,7 @@ def rate_load(t: Table, omega: Array, w: Array, rate: Array, late: Array, x: NDA
     more[: 3 * t.part.size : 3] = 1j * late[:, :, None] * (w[:, :, None] * y)[: 3 * t.part.size : 3]
     behind = (load + more) * _turns(t, omega, late).conj()[:, :, None]
     flat = [own.reshape(own.shape[0], -1) for own in (load, behind)]
-    return np.asarray(t.rows[0].T @ flat[0] + t.rows[1].T @ flat[1]).reshape(x.shape)
+    return np.asarray(t.rows[0].conj().T @ flat[0] + t.rows[1].T @ flat[1]).reshape(x.shape)
 
 
 def forms(

@@ -1,15 +1,14 @@
 r"""The network of a machine: spans, masses, springs, dampers, dry friction, and their rows.
 
 Waves along a span have :math:`R = EA`, waves across it :math:`R = T/(1+\varepsilon)` per unstretched metre.
-Of a rope that runs with speed v the waves across it have
+Of a rope that runs with speed v, per unstretched metre, they have
 
 .. math:: \tau = \frac{c L}{c^2 - v^2}, \qquad \delta = \frac{v L}{c^2 - v^2}, \qquad Z = \sqrt{R\rho},
           \qquad \text{Eq. (N.3)}
 
-travel time, lag and impedance; the motion along it has :math:`v \ll c` and keeps :math:`\tau = L/c`. With
-damping the waves along a span have :math:`R = EA + i\omega b`, those across it
-:math:`\rho (1 - i\Gamma/\omega)` in place of :math:`\rho`; with the impedances and travel times that follow,
-Eq. (N.5) is the dynamic stiffness at a complex frequency as well.
+travel time, lag and impedance. With damping the waves along a span have :math:`R = EA + i\omega b`, those
+across it :math:`\rho (1 - i\Gamma/\omega)` in place of :math:`\rho`; with the impedances and travel times
+that follow, Eq. (N.5) is the dynamic stiffness at a complex frequency as well.
 """
 
 from collections.abc import Sequence
@@ -203,13 +202,12 @@ def waves_of_piece(piece: Piece, direction: str) -> tuple[float, float, float]:
 
     Across, the tension counts by the travel time of a string in which it changes evenly.
     """
-    rope, route, length = piece.rope, piece.route, piece.rest.length
+    rope, route, length, v = piece.rope, piece.route, piece.rest.length, piece.speed
     tension = (0.5 * (sqrt(piece.start_tension) + sqrt(piece.end_tension))) ** 2
     stretch = 1.0 + tension / rope.axial_rigidity
     rigidity = rope.axial_rigidity if direction == ALONG else tension / stretch
-    c, v = sqrt(rigidity / rope.density), route.speed / stretch
-    z = sqrt(rigidity * rope.density)
-    if direction == ALONG or v == 0.0:
+    c, z = sqrt(rigidity / rope.density), sqrt(rigidity * rope.density)
+    if v == 0.0:
         return z, length / c, 0.0
     if abs(v) >= c:
         raise InputRefused(

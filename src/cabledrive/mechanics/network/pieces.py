@@ -1,16 +1,17 @@
 r"""Free spans cut at carriages.
 
 A rope of bending stiffness EI leaves a pulley of radius r where its curvature has grown to 1/r. With
-:math:`e = \sqrt{EI/T}` that is e before the tangent point of a string, since the curvature decays as
-:math:`e^{-x/e}/r` and turns the rope by e/r in all. Linearised about this state, displacement and slope of
-the rope are those of the pulley at the point of lift-off; that the point moves enters to second order. So
+:math:`e = \sqrt{EI/T}`, T what is left of the tension of a rope that runs, that is e before the tangent
+point of a string, since the curvature decays as :math:`e^{-x/e}/r` and turns the rope by e/r in all.
+Linearised about this state, displacement and slope of the rope are those of the pulley at the point of
+lift-off; that the point moves enters to second order, as what runs carries along within so short a length. So
 the beam is clamped there, and longer than the string by e at each pulley that it wraps so far, else by half
 the wrap. An anchor clamps it, and a guided carriage; a hanging carriage turns with it.
 """
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import hypot, sqrt
+from math import copysign, hypot, sqrt
 
 from cabledrive.mechanics.network.motion import ACROSS, ALONG, OUT_OF_PLANE, Motion, Row
 from cabledrive.mechanics.network.rest_forces import RestingStretch
@@ -46,6 +47,11 @@ class Piece:
         tension = self.rope.pretension or 0.5 * sum(self.rest.tensions)
         stretch = 1.0 + tension / self.rope.axial_rigidity
         return self.start / stretch, self.end / stretch
+
+    @property
+    def speed(self) -> float:
+        """Unstretched length of rope that passes, the same all along a route [m/s]."""
+        return copysign(sqrt(self.rest.flow / self.rope.density), self.route.speed)
 
     @property
     def start_tension(self) -> float:
@@ -131,8 +137,8 @@ def lift_off(drive: Machine, piece: Piece, *, start: bool) -> float:
     place = piece.place(start)
     if place is None or place.sense == 0 or piece.rest.lowest_tension <= 0.0:
         return 0.0
-    bending = piece.rope.bending_stiffness or 0.0
-    free = sqrt(bending / (piece.start_tension if start else piece.end_tension))
+    bending, force = piece.rope.bending_stiffness or 0.0, piece.rest.force if start else piece.rest.end_force
+    free = sqrt(bending / hypot(*force))
     wrap = wrap_at(drive, piece.span, start)
     return free if wrap is None else min(free, 0.5 * wrap[1] * place.radius)
 

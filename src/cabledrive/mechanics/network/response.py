@@ -1,18 +1,21 @@
 r"""The response of a network to forces at a frequency, with the waves of its ropes.
 
-A rope without weight, or one that runs, has the waves of Eq. (N.3) in closed form. Of one that hangs, motion
-r and force F at the unstretched place s follow
+A rope without weight has the waves of Eq. (N.3) in closed form. Of one that hangs, motion r and force F at
+the unstretched place s follow
 
-.. math:: r' = E^{-1} F, \quad F' = -\omega^2 \rho\,\mathrm{diag}(1, q, q)\,r, \qquad
-          E = (EA + i\omega b)\,tt^T + \frac{T}{1 + T/EA}\,(1 - tt^T), \quad q = 1 - \frac{i\Gamma}{\omega}
+.. math:: r' = E^{-1} (F + i\omega\rho v\,r), \quad
+          F' = -\omega^2 \rho\,\mathrm{diag}(1, q, q)\,r + i\omega\rho v\,r', \qquad
+          E = (EA + i\omega b)\,tt^T + \frac{T}{1 + T/EA}\,(1 - tt^T) - \rho v^2, \quad
+          q = 1 - \frac{i\Gamma}{\omega}
 
-with its direction t and tension T at rest, taken from end to end by products of exponentials of fourth order
-(Magnus); exact in the waves, so that steps follow the change of direction and tension alone.
+with its direction t and tension T at rest and the unstretched speed v of one that runs, then without
+:math:`\Gamma`. They are taken from end to end by products of exponentials of fourth order (Magnus), exact in
+the waves, so that steps follow the change of direction and tension alone.
 """
 
 from collections.abc import Sequence
 from itertools import compress
-from math import sqrt
+from math import hypot, sqrt
 from typing import Any
 
 import numpy as np
@@ -75,20 +78,21 @@ def dynamic_stiffness(
 
     ``hanging``: about where ropes hang, else as if each were straight under an even tension.
     """
-    hangs = [hanging and any(p.rest.load) and not p.route.speed for p in network.pieces]
+    hangs = [hanging and any(piece.rest.load) for piece in network.pieces]
     taut = np.repeat(np.logical_not(hangs), 3)
     w = np.asarray(omega, dtype=np.complex128)[..., None]
-    impedance, time = network.impedance, network.time
-    if damped:  # of a rope that runs without damping
+    impedance, time, lag = network.impedance, network.time, network.lag
+    if damped:  # of a rope that runs none across
         along = np.arange(time.size) % 3 == 0
         ropes = [network.pieces[link // 3].rope for link in range(time.size)]
         loss = np.array([rope.axial_damping / rope.axial_rigidity for rope in ropes])
         lost, drag = np.sqrt(1.0 + 1j * w * loss), [rope.transverse_damping for rope in ropes]
-        root = np.where(
-            network.lag != 0.0, 1.0, np.where(along, 1.0 / lost, np.sqrt(1.0 - 1j * np.array(drag) / w))
-        )
-        impedance, time = impedance * np.where(along, 1.0 / root, root), time * root
-    alpha, phase = w * time, np.exp(1j * w * network.lag)[..., None]
+        slow = np.where(lag != 0.0, 1.0, np.sqrt(1.0 - 1j * np.array(drag) / w))
+        root, flow = np.where(along, 1.0 / lost, slow), lag / time  # speed over that of its waves
+        impedance = impedance * np.where(along, lost, root)
+        time = time * root * (1.0 - flow**2) / (1.0 - (flow * root) ** 2)
+        lag = time * flow * root
+    alpha, phase = w * time, np.exp(1j * w * lag)[..., None]
     stretch = phase * network.start - network.end
     # Where ropes run, the transpose conjugate of a row has the phase turned back, not the frequency's part.
     back = network.start / phase - network.end
@@ -111,24 +115,30 @@ def hung_stiffness(piece: Piece, omega: Complex, *, damped: bool) -> Complex:
     from scipy.linalg import expm
 
     rope, rest = piece.rope, piece.rest
-    slowest = max(min(rest.tensions), 1e-9 * max(rest.tensions))
+    slowest = max(min(hypot(*rest.force), hypot(*rest.end_force)), 1e-9 * max(rest.tensions))
+    flow = rope.density * piece.speed
     unit = np.sqrt(slowest * rope.density) * omega[..., None, None]  # of the force, so that both are alike
-    turn = float(np.abs(omega).max()) * sqrt(rope.density / slowest) * rest.length
+    wave = (abs(flow) + sqrt(flow**2 + slowest * rope.density)) / slowest  # the shorter one
+    turn = float(np.abs(omega).max()) * wave * rest.length
     count = STEPS + int(turn)
     h = rest.length / count
     gauss = np.array([0.5 - sqrt(3.0) / 6.0, 0.5 + sqrt(3.0) / 6.0])
     places = rest.start + h * (np.arange(count)[:, None] + gauss).ravel()
     along, across = rest.force_at(places)
-    tension = np.hypot(along, across)
-    t = np.stack([along, 0.0 * along, across], axis=-1) / tension[:, None]
+    force = np.hypot(along, across)
+    t = np.stack([along, 0.0 * along, across], axis=-1) / force[:, None]
     both = t[:, :, None] * t[:, None, :]
     stiff = rope.axial_rigidity + 1j * omega[..., None, None, None] * rope.axial_damping * damped
-    soft = (tension / (1.0 + tension / rope.axial_rigidity))[:, None, None]
-    drag = rope.transverse_damping * damped * np.array([0.0, 1.0, 1.0])
+    soft = (force * (rope.axial_rigidity - rest.flow) / (rope.axial_rigidity + force))[:, None, None]
+    gives = both / (stiff - rest.flow) + (np.eye(3) - both) / soft
+    turned = 1j * flow * omega[..., None, None, None] * gives
+    drag = rope.transverse_damping * (damped and not flow) * np.array([0.0, 1.0, 1.0])
     inertia = rope.density * omega[..., None] * (omega[..., None] - 1j * drag)
     slope = np.zeros((*omega.shape, places.size, 6, 6), dtype=np.complex128)
-    slope[..., :3, 3:] = unit[..., None, :, :] * (both / stiff + (np.eye(3) - both) / soft)
+    slope[..., :3, 3:] = unit[..., None, :, :] * gives
     slope[..., 3:, :3] = (-inertia / unit[..., 0])[..., None, :, None] * np.eye(3)
+    slope[..., 3:, :3] += 1j * flow * (omega[..., None, None] / unit)[..., None, :, :] * turned
+    slope[..., :3, :3] = slope[..., 3:, 3:] = turned
     one, two = slope[..., ::2, :, :], slope[..., 1::2, :, :]
     steps = expm(0.5 * h * (one + two) + sqrt(3.0) / 12.0 * h**2 * (two @ one - one @ two))
     whole = steps[..., 0, :, :]

@@ -1,14 +1,16 @@
 r"""Ropes at rest: elastic catenaries between joints, found from few forces by Newton's method.
 
 With the force :math:`\mathbf F(s)` along and across a span at the unstretched place s and the weight
-:math:`\mathbf g` per metre, a rope of Hooke's law that runs with the momentum m reaches
+:math:`\mathbf g` per metre, a rope of Hooke's law that runs with the unstretched speed v reaches
 
 .. math:: \mathbf F' = -\rho_0\,\mathbf g, \qquad
-          \mathbf r' = \frac{\mathbf F}{EA} + \Big(1 + \frac{m}{EA}\Big)\frac{\mathbf F}{|\mathbf F|}.
-          \qquad \text{Eq. (N.10)}
+          \mathbf r' = \frac{EA + |\mathbf F|}{EA - m}\,\frac{\mathbf F}{|\mathbf F|}, \qquad
+          m = \rho_0 v^2. \qquad \text{Eq. (N.10)}
 
-Forces are linear in the tension at the start of each section, along which it is passed on, and the force
-across at the start of each run between places that are held across. That the ends of a run lie where they
+Its tension is :math:`|\mathbf F| + m\,|\mathbf r'|`; wheels and bodies feel F alone.
+
+Forces are linear in that at the start of each section, along which it is passed on, and the force across at
+the start of each run between places that are held across. That the ends of a run lie where they
 should and the rope of a section has the length that its pretension gave it are conditions of the least
 complementary energy; a balance of bodies is a side condition, its multipliers their moves along the ropes. A
 step that is halved until the slope of the energy along it has fallen therefore reaches the one solution.
@@ -21,6 +23,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from math import hypot
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +58,7 @@ class RestingStretch:
     )
     load: tuple[float, float] = meaning("weight per unstretched length, along and across [N/m]")
     axial_rigidity: float = meaning("EA [N]")
-    momentum: float = meaning("part of the tension that turns a rope that runs [N]", 0.0)
+    flow: float = meaning("density times the square of the unstretched speed of a rope that runs [N]", 0.0)
 
     def force_at(self, positions: Array) -> Array:
         """Force along and across, by the part ahead on the part behind.
@@ -87,9 +90,11 @@ class RestingStretch:
             [N].
         """
         along, across = self.force_at(positions)
-        if self.straight:
-            return np.asarray(along + self.momentum)
-        return np.asarray(np.hypot(along, across) + self.momentum)
+        return np.asarray(self._tension(along if self.straight else np.hypot(along, across)))
+
+    def _tension(self, force: Any) -> Any:
+        """The force on what carries it, and what turns a rope that runs [N]."""
+        return (force + self.flow) * (self.axial_rigidity / (self.axial_rigidity - self.flow))
 
     @property
     def length(self) -> float:
@@ -110,7 +115,7 @@ class RestingStretch:
     def tensions(self) -> tuple[float, float]:
         """Tension at start and end [N]."""
         first, last = (own[0] if self.straight else hypot(*own) for own in (self.force, self.end_force))
-        return first + self.momentum, last + self.momentum
+        return self._tension(first), self._tension(last)
 
     @property
     def lowest_tension(self) -> float:
@@ -154,14 +159,15 @@ def sag_parameter(stretches: Sequence[RestingStretch]) -> float:
 
     .. math:: \lambda^2 = \frac{12\,EA}{\bar T}\,\overline{\sin^2\theta}
 
-    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`.
+    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`; T of one that runs is less by
+    its momentum.
     """
     square = tension = 0.0
     for stretch in stretches:
         along, across = stretch.force_at(stretch.start + stretch.length * PLACES)
         share = stretch.length / (stretches[-1].end - stretches[0].start)
         square += share * float(SHARES @ (across**2 / (along**2 + across**2)))
-        tension += share * stretch.mean_tension
+        tension += share * float(SHARES @ np.hypot(along, across))
     return 12.0 * stretches[0].axial_rigidity / tension * square if square else 0.0
 
 
@@ -181,8 +187,8 @@ class Ropes:
     load: Array  # (p, 2): weight along and across per unstretched metre [N/m]
     jump: Array  # (p, 2): weight of the joint at the end, across where the rope bears it [N]
     ropes: Array  # (p,): parallel ones
-    flow: Array  # (p,): momentum of a rope that runs, unstretched [N]
-    momentum: Array  # (p,): the same under its tension [N]
+    running: Array  # (p,): density times the square of the speed of a rope that runs, in the mean [N]
+    flow: Array  # (p,): the same of its unstretched speed, the same all along [N]
     pretension: Array  # (p,): of the straight weightless machine; NaN: open, the balance makes it [N]
     standing: Array  # (s,): tension at a drum that keeps a torque, NaN: none [N]
     far: NDArray[np.bool_]  # (s,): whether that drum is at the end of its section
@@ -246,7 +252,7 @@ class Ropes:
             for first, last in pairwise(edges):
                 own = self.drop[first:last, column]
                 found[first:last, column] = own - own.cumsum()
-        return found - np.column_stack((self.momentum, np.zeros(group.size)))
+        return found
 
     def forces(self, tension: Array, shear: Array) -> Array:
         """Force at the start of each piece, (p, 2), by those of the sections (s,) and runs (r,) [N]."""
@@ -256,8 +262,8 @@ class Ropes:
         """How far pieces reach beyond their lengths, (p, 2) [m]; what they give, (3, p): aa, ab, bb [m/N]."""
         places, weight = self.length[:, None] * PLACES, self.length[:, None] * SHARES
         along, across = (force[:, i, None] - self.load[:, i, None] * places for i in (0, 1))
-        soft = 1.0 / self.rigidity[:, None]
-        runs = self.momentum[:, None] * soft
+        soft = 1.0 / (self.rigidity - self.flow)[:, None]
+        runs = self.flow[:, None] * soft
         bar = ~self.hangs[self.run][:, None]  # may push, which is refused afterwards
         size = np.where(bar, 1.0, np.maximum(np.hypot(along, across), _TINY))
         cosine, sine = np.where(bar, 1.0, along / size), np.where(bar, 0.0, across / size)
@@ -275,7 +281,7 @@ class Ropes:
         """
         force = self.forces(tension, shear)
         middle, after = force - 0.5 * self.weight, force - self.weight
-        pull = np.hypot(middle[:, 0], middle[:, 1]) + self.momentum
+        longer = (self.rigidity + np.hypot(middle[:, 0], middle[:, 1])) / (self.rigidity - self.flow)
         excess = self.reach(force)[0]
         along, across = np.stack((force, after), axis=-1).swapaxes(0, 1)
         turned = (self.rim != 0.0) & self.hangs[self.run][:, None]
@@ -283,14 +289,14 @@ class Ropes:
         over = np.where(turned, np.where(along > 0.0, across**2 / (size + np.abs(along)), size - along), 0.0)
         moved = np.stack((across * turned, over), axis=-1) * (self.rim / size)[..., None]
         bow = moved[:, 1] - moved[:, 0]
-        stretch = 1.0 + (size + self.momentum[:, None]) / self.rigidity[:, None]
+        stretch = (self.rigidity[:, None] + size) / (self.rigidity - self.flow)[:, None]
         over += np.einsum("pc,pec->pe", self.load, moved) / stretch
         wound = self.rim * np.where(turned, np.arctan2(across, along), 0.0) / stretch
         starts = np.append(True, np.diff(self.span) != 0)
         first, last = np.flatnonzero(starts), np.flatnonzero(np.append(starts[1:], True))
         more = self.length - self.cut
         short = np.add.reduceat(self.strained + bow[:, 0] - more - excess[:, 0], first)
-        missing = short / (1.0 + pull / self.rigidity)[first]
+        missing = short / longer[first]
         missing += np.add.reduceat(more - np.diff(wound)[:, 0], first)
         group = self.section[first]
         for a, b in pairwise([*np.flatnonzero(np.diff(group, prepend=-1)).tolist(), group.size]):
@@ -310,8 +316,9 @@ class Ropes:
         reached = np.add.reduceat(self.length + excess[:, 0], first)
         scale = np.add.reduceat(self.distance + bow[:, 0], first) / reached
         cut = np.where(opened, self.cut * np.repeat(scale, last - first + 1), self.cut)
-        momentum = self.flow / (1.0 + pull / self.rigidity)
-        return replace(self, cut=cut, wound=wound, bow=bow, over=over, momentum=momentum)
+        passes = self.sums(self.length, self.section) / self.sums(self.length * longer, self.section)
+        flow = self.running * passes[self.section] ** 2
+        return replace(self, cut=cut, wound=wound, bow=bow, over=over, flow=flow)
 
 
 def solved(

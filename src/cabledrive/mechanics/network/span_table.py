@@ -78,13 +78,13 @@ def pulley_rows(drive: Machine, statics: Statics) -> list[dict[str, Any]]:
             continue
         after = next_span(drive, number)
         rope, route = drive.ropes[span.route], drive.route[span.route]
-        momentum = rope.density * route.speed**2
+        left = hypot(*statics.stretches[number][-1].end_force), hypot(*statics.stretches[after][0].force)
         first, last = float(statics.end[number]), float(statics.start[after])
         pulley = drive.pulley[span.end.pulley]
         # what keeps the rope from slipping, |ln(T1/T2)| / wrap; None: no friction does
         needed: float | None = None
-        if min(first, last) - momentum > 0.0:
-            unequal = abs(log((first - momentum) / (last - momentum)))
+        if min(first, last) > 0.0 and min(left) > 0.0:
+            unequal = abs(log(left[0] / left[1]))
             needed = 0.0 if unequal < 1e-12 else unequal / span.wrap if span.wrap > 0.0 else None
         # a rope of bending stiffness EI that passes a small angle a under a tension T is bent to no less than
         # 2 sqrt(EI/T) / a, however small the pulley is

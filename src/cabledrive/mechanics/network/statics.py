@@ -78,13 +78,13 @@ class Statics:
 
 
 def _passed(piece: RestingStretch, rim: float, *, start: bool) -> float:
-    """Tension [N] where a straight rope leaves its wheel, of sense times radius [m]: rope beyond weighs."""
+    """Pull [N] where a straight rope leaves its wheel, of sense times radius [m]: rope beyond weighs."""
     (along, across), tension = (piece.force if start else piece.end_force), piece.tensions[not start]
     size = np.hypot(along, across)
     if piece.straight or not size:
-        return tension
+        return along
     weighs = piece.load[0] * across / size + piece.load[1] * (1.0 - along / size)
-    return float(tension + rim * weighs / (1.0 + tension / piece.axial_rigidity))
+    return float(size + rim * weighs / (1.0 + tension / piece.axial_rigidity))
 
 
 def statics_of(
@@ -225,7 +225,7 @@ def _stretches(name: str, ropes: Ropes, force: Array, own: NDArray[np.intp]) -> 
             force=(float(force[i, 0]), float(force[i, 1])),
             load=(float(ropes.load[i, 0]), float(ropes.load[i, 1])),
             axial_rigidity=float(ropes.rigidity[i]),
-            momentum=float(ropes.momentum[i]),
+            flow=float(ropes.flow[i]),
         )
         for i, (start, end) in zip(own.tolist(), pairwise(ends), strict=True)
     )
@@ -246,13 +246,13 @@ def _ropes(drive: Machine, sections: list[list[int]], torques: Mapping[int, floa
                 run, held = run + held, i is None or drive.carriage[i].guided
                 jump = (0.0 if i is None else drive.carriage[i].mass) * pull * (1.0, float(not held))
                 tension = np.nan if rope.pretension is None else rope.pretension
-                flow = rope.density * route.speed**2
+                running = rope.density * route.speed**2
                 rims = span.start.rim * (start == 0.0), span.end.rim * (i is None)
-                values = end - start, rope.axial_rigidity, route.ropes, flow, tension, *rims
+                values = end - start, rope.axial_rigidity, route.ropes, running, tension, *rims
                 pieces.append((number, section, run, *values, *(rope.density * pull), *jump))
                 start = end
     span_of, section_of, run_of, *columns = np.array(pieces).T
-    distance, rigidity, ropes, flow, pretension = columns[:5]
+    distance, rigidity, ropes, running, pretension = columns[:5]
     none = np.zeros((distance.size, 2))
     strain = np.nan_to_num(pretension) / rigidity
     found = Ropes(
@@ -265,8 +265,8 @@ def _ropes(drive: Machine, sections: list[list[int]], torques: Mapping[int, floa
         load=np.column_stack(columns[7:9]),
         jump=np.column_stack(columns[9:]),
         ropes=ropes,
-        flow=flow,
-        momentum=flow / (1.0 + strain),
+        running=running,
+        flow=running / (1.0 + strain) ** 2,
         pretension=pretension,
         standing=np.full(len(sections), np.nan),
         far=np.zeros(len(sections), dtype=np.bool_),
@@ -279,7 +279,7 @@ def _ropes(drive: Machine, sections: list[list[int]], torques: Mapping[int, floa
         last = place is drive.free_spans[number].end
         more = torques.get(drum, 0.0) / place.rim * (1.0 if last else -1.0)
         section = int(found.section[span_of == number][0])
-        found.standing[section] = pretension[span_of == number][0] + more
+        found.standing[section] = (pretension - running / (1.0 + strain))[span_of == number][0] + more
         found.far[section] = last
     return found
 
