@@ -16,7 +16,7 @@ from cabledrive.reduction.quality import model_quality, model_response
 from cabledrive.reduction.two_motors import line_at, winched_machine
 from cabledrive.rig import Motion, RigOptions
 from command import refused
-from network_samples import as_route, printer_belt, route, without_gravity
+from network_samples import as_route, printer_belt, route, routed, without_gravity
 
 DRIVE = cd.load_drive("dissertation-3").listed
 J11, J12, J2, B1 = 0.0011, 0.000642, 0.00235, 0.0031
@@ -129,6 +129,41 @@ def test_the_response_of_a_network_is_that_of_finite_elements():
     errors = [np.abs(found / printer_response(omega, parts) - 1.0).max() for parts in (10, 20)]
     assert errors[1] < 5e-3, errors
     assert errors[0] / errors[1] == pytest.approx(4.0, abs=0.1), errors
+
+
+CAMERA = """
+layout = { gravity = "9.81 m/s^2" }
+cable = { axial_rigidity = "20 kN", mass_per_length = "50 g/m", pretension = "400 N" }
+pulley = [
+    { name = "drum", at = ["0 m", "0 m"], radius = "0.1 m", inertia = "0.05 kg m^2" },
+    { name = "far", at = ["30 m", "0 m"], radius = "0.1 m", inertia = "0.1 g m^2" },
+]
+body = [{ name = "camera", at = ["15 m", "0.1 m"], moves = "x", mass = "200 kg" }]
+anchor = [
+    { name = "left", on = "camera", at = ["14.9 m", "0.1 m"] },
+    { name = "right", on = "camera", at = ["15.1 m", "0.1 m"] },
+]
+motor = { inertia = "0.05 kg m^2" }
+route = [{ name = "line", path = ["left", "+drum", "+far", "right"] }]
+"""
+
+
+@pytest.mark.parametrize(
+    ("machine", "across"), [(route("printer"), 0.0), (routed(CAMERA), 0.03)], ids=["printer", "a camera"]
+)
+def test_what_a_chain_leaves_out_is_what_the_response_of_the_machine_has_more(machine, across, measured):
+    """At each of four hundred frequencies, where the chain takes three and the modes that it knows."""
+    (chain,) = network_chains(machine)
+    omega = 4 * np.pi * chain.frequencies[0] * np.linspace(0.025, 1.0, 400)
+    turn, load = chain.network.motion.dense(machine.pulley[0].name, chain.load)
+    exact = network_response(chain.network, omega, turn, np.array([turn, load]), loss_factor=LOSS_FACTOR)
+    squares = (2 * np.pi * np.append(0.0, chain.frequencies)) ** 2 * (1 + 1j * LOSS_FACTOR)
+    weights = np.array([turn, load]) @ chain.shapes * (turn @ chain.shapes)
+    kept = weights / (squares - omega[:, None, None] ** 2)
+    more = np.max(np.abs(exact - kept.sum(axis=2)) / np.abs(kept).sum(axis=2))
+    measured(f"left out {more:.4g}, along {chain.neglected:.4g} and across {chain.strings:.4g}")
+    assert chain.strings >= across
+    assert abs(chain.strings - chain.neglected) * 0.999 < more < (chain.strings + chain.neglected) * 1.001
 
 
 def test_the_printer_is_a_chain_of_two_inertias_up_to_twice_its_mode(measured):

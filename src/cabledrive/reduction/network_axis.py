@@ -202,7 +202,8 @@ def chain_words(chain: NetworkChain) -> dict[str, Any]:
         "neglected": chain.neglected,
         "neglected_strings": chain.strings,
         "reason": chain.refusal,
-        "sag": straight_limit(chain.network, 4 * np.pi * chain.frequencies[0], kind=LONGITUDINAL),
+        "sag": coupled  # whose modes are those of straight ropes that stretch evenly
+        and straight_limit(chain.network, 4 * np.pi * chain.frequencies[0], kind=LONGITUDINAL),
     }
 
 

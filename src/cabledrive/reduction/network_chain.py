@@ -1,8 +1,8 @@
 r"""The lumped chain that the motor of a machine with routes drives, and whether the rest may be left out.
 
-Of the certified modes the rigid one and the few that the motor feels most are kept, each with its exact
-frequency. Lanczos' recursion on :math:`\mathrm{diag}(\omega_j^2)`, begun with the motor's row, gives a
-tridiagonal matrix :math:`\alpha, \beta`: a chain with these frequencies and the motor's own zeros,
+Of the certified modes, of ropes that hang, the rigid one and the few that the motor feels most are kept, each
+with its exact frequency. Lanczos' recursion on :math:`\mathrm{diag}(\omega_j^2)`, begun with the motor's row,
+gives a tridiagonal matrix :math:`\alpha, \beta`: a chain with these frequencies and the motor's own zeros,
 
 .. math:: J_1 = \frac{1}{|\varphi_m|^2}, \qquad k_i = \alpha_i J_i - k_{i-1}, \qquad
           J_{i+1} = \frac{k_i^2}{\beta_i^2 J_i}, \qquad y = \sum c_i z_i,\; c_i = (Q\varphi_y)_i \sqrt{J_i},
@@ -15,7 +15,7 @@ the chain is that of the motion along one axis with motors and load of the other
 neglects along a torque is `network_axis.cross_motion`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -26,7 +26,9 @@ from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.response import network_response
+from cabledrive.modal.elements import OUT, Rope, Wave
 from cabledrive.modal.mode import TRANSVERSE
+from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.route_network import network_of_routes
 from cabledrive.modal.spectrum import Spectrum
 from cabledrive.parameters import Machine
@@ -42,11 +44,17 @@ MOST_NEGLECTED = 0.02
 """Largest contribution of the modes left out, up to twice the chain's first mode."""
 MOST_STRINGS = 0.2
 """Largest contribution of transverse vibrations of the spans there."""
+HIGHER = 1.2
+"""Than that of straight ropes that stretch evenly: up to where a mode is looked for."""
 LOSS_FACTOR = 0.02
 """Of both models when they are compared: one per cent of critical damping."""
 _ONE = "unlike motors, or a rope askew to a slide (see `check`), leave them one motion: the axes do not split"
 _SAME = 1e-9
 _FREQUENCIES = 400
+_BEYOND = 2.0
+"""Of the frequencies at which what is left out counts: up to where modes are listed one by one."""
+_PLACES = np.array([0.3, 0.7, 0.95])
+"""Of them, those at which the modes beyond are found as what all ropes do more."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -126,7 +134,7 @@ def network_chains(drive: Machine) -> tuple[NetworkChain, ...]:
     network = network_of(drive, motor=FREE)
     turns = network.motion.dense(*(rotor_turn(network.motion, number) for number in drive.driven))
     names = [drive.pulley[number].name for number in drive.driven]
-    spectrum = Spectrum(network_of_routes(network, even=True))
+    spectrum = Spectrum(_moved(network_of_routes(network)))
     if len(turns) == 1:
         return (_chain(network, spectrum, {names[0]: 1.0}, turns[0], None),)
     half = 0.5 * (turns[0] + turns[1]), 0.5 * (turns[0] - turns[1])
@@ -145,6 +153,17 @@ def network_chains(drive: Machine) -> tuple[NetworkChain, ...]:
         )
         for way, sign in ((0, 1.0), (1, -1.0))
         if moved[way] is not None
+    )
+
+
+def _moved(found: ModalNetwork) -> ModalNetwork:
+    """A network without the waves that no coordinate in its plane takes part in."""
+
+    def takes_part(part: Wave | Rope) -> bool:
+        return part.tags[0][1] != OUT and any(part.rows)
+
+    return replace(
+        found, waves=tuple(filter(takes_part, found.waves)), ropes=tuple(filter(takes_part, found.ropes))
     )
 
 
@@ -265,8 +284,8 @@ def _kept_modes(
             f"the machine has {felt.size} modes that bodies take part in, a chain needs {count}"
         )
     highest = np.sqrt(squares[rigid:][np.argsort(felt)[-count:]].max())
-    # Condensed frequencies lie above the exact ones: belts that stretch evenly are stiffer than waves.
-    groups = coupled_modes(network, spectrum, highest * (1.0 + 1e-6))
+    # Condensed frequencies lie above the exact ones of straight ropes; sag may part one from a wave across.
+    groups = coupled_modes(network, spectrum, highest * HIGHER)
     merged = [(square, _merged(turn, group)) for square, group, _ in groups]
     modes = [(square, shape) for square, shape in merged if shape is not None]
     if len(modes) < count:
@@ -322,23 +341,27 @@ def _left_out(
 
     ``rows``, shape (2, n): of the motor's angle and the load. Returns the part of all other modes but the
     transverse ones, and that of these. The parts of rigid motion and modes are added by magnitude: a zero of
-    the response does not count as an error.
+    the response does not count as an error. Modes above twice these frequencies are even there in the square.
     """
     top = 2.0 * np.sqrt(squares[1])
-    omega = top * np.linspace(0.025, 1.0, _FREQUENCIES)
-    exact = network_response(network, omega, rows[0], rows, loss_factor=LOSS_FACTOR)
-    kept = _modal_parts(squares, shapes, rows, omega)
-    size = np.abs(kept).sum(axis=2)
-    strings = [
-        (s, x) for s, group, across in coupled_modes(network, spectrum, 1.1 * top) if across for x in group.T
+    omega, places = top * np.linspace(0.025, 1.0, _FREQUENCIES), top * _PLACES
+    others = [
+        (square, shape, across)
+        for square, group, across in coupled_modes(network, spectrum, _BEYOND * top)
+        for shape in group.T
+        if not np.any(np.abs(square - squares) <= _SAME * square)
     ]
-    strings = [(s, x) for s, x in strings if not np.any(np.abs(s - squares) <= _SAME * s)]
-    across = np.zeros_like(exact)
-    if strings:
-        modes = np.array([s for s, _ in strings]), np.column_stack([x for _, x in strings])
-        across = _modal_parts(*modes, rows, omega).sum(axis=2)
-    along = exact - kept.sum(axis=2) - across
-    return float((np.abs(along) / size).max()), float((np.abs(across) / size).max())
+    modes = (
+        np.append(squares, [one[0] for one in others]),
+        np.column_stack([shapes, *(one[1] for one in others)]),
+    )
+    exact = network_response(network, places, rows[0], rows, loss_factor=LOSS_FACTOR)
+    exact -= _modal_parts(*modes, rows, places).sum(axis=2)
+    beyond = np.vander(omega**2 / top**2, 3) @ np.linalg.solve(np.vander(_PLACES**2, 3), exact)
+    kept, rest = np.split(_modal_parts(*modes, rows, omega), [squares.size], axis=2)
+    across, size = np.array([one[2] for one in others], dtype=bool), np.abs(kept).sum(axis=2)
+    along, strings = rest[:, :, ~across].sum(axis=2) + beyond, rest[:, :, across].sum(axis=2)
+    return float((np.abs(along) / size).max()), float((np.abs(strings) / size).max())
 
 
 def _modal_parts(squares: Array, shapes: Array, rows: Array, omega: Array) -> NDArray[np.complex128]:

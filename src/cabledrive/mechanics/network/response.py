@@ -42,13 +42,11 @@ def network_response(
     output: Array,
     *,
     loss_factor: float | None = None,
-    hanging: bool = False,
 ) -> Complex:
     r"""Motion of outputs per unit force, :math:`B D(\omega)^{-1} f` with the dynamic stiffness D, Eq. (N.7).
 
     ``omega``, shape (p,): [rad/s], above 0; ``force``, shape (n,) or (n, f): on the coordinates; ``output``,
-    shape (k, n): rows; ``loss_factor``: in place of all damping of the file, of every stiffness;
-    ``hanging``: as of `dynamic_stiffness`.
+    shape (k, n): rows; ``loss_factor``: in place of all damping of the file, of every stiffness.
     Returns shape (p, k) or (p, k, f). Raises `NotComputed` where a frequency is one of an undamped mode.
     """
     # K (1 + i eta) - w^2 M is (1 + i eta) times the undamped one at w / sqrt(1 + i eta)
@@ -59,7 +57,7 @@ def network_response(
     for first in range(0, omega.size, together):
         here = slice(first, first + together)
         stiffness = scale * dynamic_stiffness(
-            network, omega[here] / np.sqrt(scale), damped=loss_factor is None, hanging=hanging
+            network, omega[here] / np.sqrt(scale), damped=loss_factor is None, hanging=True
         )
         try:
             found[here] = output @ np.linalg.solve(stiffness, forces)
@@ -165,7 +163,7 @@ def responses(drive: Machine, frequency: Array, names: Sequence[str], *, motor: 
         raise InputRefused("frequency must be finite and above 0 Hz at every line")
     network = network_of(drive, motor=motor)
     rows = network.motion.dense(*(_coordinate(network, name) for name in names))
-    return network_response(network, 2.0 * np.pi * frequency, rows.T, rows, hanging=True)
+    return network_response(network, 2.0 * np.pi * frequency, rows.T, rows)
 
 
 def _coordinate(network: Network, name: str) -> str:
