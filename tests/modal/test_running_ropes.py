@@ -208,3 +208,12 @@ def test_a_level_span_that_runs_has_the_modes_of_a_shallow_cable_that_stretches_
 def even(force):
     """A force that is the same everywhere."""
     return lambda x: np.full(np.shape(x), force)
+
+
+def test_shares_of_the_strain_energy_of_a_belt_that_runs_are_shares():
+    """Where a mode along meets waves across near the speed of waves, whose momentum is no strain."""
+    for seed in (1, 5, 12):
+        for mode in cd.modes(random_belt(np.random.default_rng([5, seed])), count=8).modes:
+            shares = list(mode.strain_by_span.values())
+            assert min(shares) > -1e-3  # half of what mixes both counts across
+            assert sum(shares) == pytest.approx(1.0, abs=1e-9)  # nothing else of the machine is strained

@@ -156,13 +156,12 @@ class Cut:
         return list(zip((stiff + fall).T, (fall - stiff).T, strict=True))
 
     def across(self, modes: Sequence["Solved"]) -> Array:
-        """Four times the strain energy across of ropes that move along as well, shape (modes, ropes)."""
+        """Share across in the strain energy of ropes that move along as well, shape (modes, ropes)."""
         found, x = np.zeros((len(modes), len(self.segments))), [self.natural(own.shapes) for own in modes]
         omega, shapes = np.repeat([own.omega for own in modes], x[0].shape[1]), np.concatenate(x, axis=1)
         for number, (segments, _, _) in enumerate(self.segments):
             if len(segments.rope.tags) > 1:
-                work = segments.work_across(omega, self.rope_ends(number, shapes))
-                found[:, number] = 2.0 * segments.rope.ropes * work.reshape(len(modes), -1).mean(axis=1)
+                found[:, number] = segments.share_across(omega, self.rope_ends(number, shapes), len(modes))
         return found
 
 

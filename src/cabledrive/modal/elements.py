@@ -266,29 +266,31 @@ class Segments:
             ends[:, [k // 2 - 1, k - 1]] *= self.size[:, None, None]
         return np.asarray(np.concatenate((ends, inside), axis=1))
 
-    def work_across(self, omega: Array, ends: Values) -> Array:
-        """Twice the strain energy across, of force, bending and half of what mixes both, of each column."""
+    def share_across(self, omega: Array, ends: Values, modes: int) -> Array:
+        """Share of the strain energy that turns or bends it, with half of what mixes both, shape (modes,).
+
+        ``omega``, ``ends``: of columns as in `factors`, as many of each mode.
+        """
         q = self.factors(omega, ends)
-        return np.asarray(np.sum((q.conj() * (self._across @ q)).real, axis=(0, 1)))
+        whole, across = (np.sum((q.conj() * (form @ q)).real, axis=(0, 1)) for form in self._forms)
+        return np.asarray(
+            across.reshape(modes, -1).sum(1) / np.maximum(whole.reshape(modes, -1).sum(1), 1e-300)
+        )
 
     @cached_property
-    def _across(self) -> Array:
-        """The form of `work_across` of each segment in its polynomials, shape (p, n, n)."""
-        rope = self.rope
-        _, weight, shapes = _gauss(rope.direction is not None, rope.bend > 0.0)
+    def _forms(self) -> tuple[Array, Array]:
+        """Twice the strain energy of each segment in its polynomials, and that across, shape (p, n, n)."""
+        rope, (_, weight, shapes) = self.rope, _gauss(True, self.rope.bend > 0.0)
         rate = (2.0 / self.size)[:, None, None]
         measure = (0.5 * self.size[:, None] * weight)[:, :, None]
-        turn, bent, hold = rate * shapes[3], rate**2 * shapes[4], rope.hold(self.x)[:, :, None]
-        if rope.direction is None:
-            form = (turn * measure * hold).swapaxes(1, 2) @ turn
-        else:
-            c, s = (own[..., None] for own in rope.direction(self.x))
-            along = rate * shapes[1]
-            form = (c * turn * measure * hold).swapaxes(1, 2) @ (c * turn - s * along)
-            form = form + (s * turn * measure * rope.pull * rope.longer).swapaxes(1, 2) @ (
-                c * along + s * turn
-            )
-        return np.asarray(form + rope.bend * (bent * measure).swapaxes(1, 2) @ bent)
+        c, s = (own[..., None] for own in rope.direction(self.x))  # type: ignore[misc]  # of what moves along
+        along, across, bent = rate * shapes[1], rate * shapes[3], rate**2 * shapes[4]
+        stretched, pull = c * along + s * across, measure * rope.pull * rope.longer
+        turned, hold = c * across - s * along, measure * rope.hold(self.x)[:, :, None]
+        bends = rope.bend * (bent * measure).swapaxes(1, 2) @ bent
+        whole = (stretched * pull).swapaxes(1, 2) @ stretched + (turned * hold).swapaxes(1, 2) @ turned
+        own = (s * across * pull).swapaxes(1, 2) @ stretched + (c * across * hold).swapaxes(1, 2) @ turned
+        return whole + bends, own + bends
 
     def displacement(self, omega: float, ends: Values, share: Array) -> tuple[Values, Values]:
         """Along and across at shares of the rope, shape (k, q) each."""

@@ -101,10 +101,8 @@ def network_of_routes(net: Network, *, hanging: bool = True, even: bool = False)
 
 def _edges(net: Network) -> list[float]:
     """Frequency above which each piece is straight [rad/s]; 0: it does not sag."""
-    found: list[float] = []
-    for own in net.sections:
-        found += [straight_above([piece.rest for piece in own], own[0].rope.density)] * len(own)
-    return found
+    edges = [straight_above([piece.rest for piece in own], own[0].rope.density) for own in net.sections]
+    return [edge for edge, own in zip(edges, net.sections, strict=True) for _ in own]
 
 
 def network_at_rest(

@@ -86,7 +86,7 @@ class Shape:
 
     @cached_property
     def across(self) -> Array:
-        """Strain energy across of each rope that moves along as well, times four."""
+        """Share across in the strain energy of each rope that moves along as well."""
         return self.cut.across([self.solved])[0]
 
     @cached_property
@@ -107,7 +107,7 @@ class Shape:
             rope = segments.rope
             whole = across = float(strain[base : base + segments.kind.size].sum())
             if len(rope.tags) > 1:
-                across = float(self.across[number])
+                across = whole * float(self.across[number])
                 add(rope.tags[0], whole - across)
             add(rope.tags[-1], across)
         return found
