@@ -52,8 +52,8 @@ def test_an_interrupt_while_a_class_is_made_is_one(capsys):
 
 
 def test_reader_that_wants_no_more_is_no_failure():
-    """`cabledrive modes ropeway --json | head -1` leaves the pipe full and closed."""
-    for arguments in (["modes", "ropeway", "--json"], ["--help"], ["drives", "--json"]):
+    """`cabledrive modes elevator --json | head -1` leaves the pipe full and closed."""
+    for arguments in (["modes", "elevator", "--json"], ["--help"], ["drives", "--json"]):
         read, write = os.pipe()
         os.close(read)
         done = run(*arguments, stdout=write, stderr=subprocess.PIPE, capture_output=False)
@@ -62,7 +62,7 @@ def test_reader_that_wants_no_more_is_no_failure():
 
 
 @needs_full_disk
-@pytest.mark.parametrize("arguments", [["modes", "elevator", "--json"], ["--help"], ["check", "ropeway"]])
+@pytest.mark.parametrize("arguments", [["modes", "elevator", "--json"], ["--help"], ["check", "elevator"]])
 def test_full_disk_under_standard_output_is_status_2(arguments):
     with open("/dev/full", "w") as full:
         done = run(*arguments, stdout=full, stderr=subprocess.PIPE, capture_output=False)
@@ -175,6 +175,6 @@ def test_an_interrupt_while_libraries_load_or_at_the_end_is_status_130_or_too_la
 
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
 def test_a_standard_file_that_the_shell_has_closed_is_no_defect(closed):
-    line = f'"{sys.executable}" -m cabledrive check dissertation-3 --json {closed}'
+    line = f'"{sys.executable}" -m cabledrive modes elevator --json {closed}'
     done = subprocess.run(["sh", "-c", line], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")

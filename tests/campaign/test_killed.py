@@ -16,7 +16,7 @@ from cabledrive.campaign.engine import Plan, do_alone
 from cabledrive.campaign.spec import read_spec
 from cabledrive.campaign.store import check_store, done_chunks
 from campaign_computations import Dangerous, Sleepy, swept
-from command import object_of, python, refusal, run
+from command import call, object_of, python, refusal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and processes of POSIX")
 
@@ -116,7 +116,7 @@ def test_a_driver_killed_at_random_moments_ends_with_the_bytes_of_a_quiet_run(
         os.kill(driver.pid, signal.SIGKILL)
         driver.wait()
         reached.append(len(list(cut.glob("code/c/*"))))
-    resumed = run("sweep", tmp_path / "spec.toml", "-o", cut, "--workers", 1, "--json")
+    resumed = call("sweep", tmp_path / "spec.toml", "-o", cut, "--workers", 1, "--json")
     measured(f"chunks done when the driver was killed: {reached} of {rows // chunk}")
     assert object_of(resumed.stdout)["done"] == rows, resumed.stderr
     assert contents(cut) == contents(whole)

@@ -20,7 +20,7 @@ from cabledrive.campaign.rows import compute_rows
 from cabledrive.campaign.spec import spec_of
 from cabledrive.parameters.files import one_process
 from campaign_computations import Dangerous, Ishigami, swept
-from command import answer, refusal, run
+from command import answer, call, refusal, run
 
 SPEC = """
 drive = "dissertation-3"
@@ -446,7 +446,7 @@ def test_the_share_of_a_grid_has_no_interval_and_equal_values_stay_together(tmp_
     assert "grid" in found["yield_low_reason"]
     tight = found["keys"]["own.x"]["tightened"]
     assert tight["rows"] == 10 * np.sum(np.linspace(0.0, 8.0, 12) <= tight["high"]), "whole values"
-    assert "no interval" in run("tolerance", str(store), "--goal", "square < 17").stdout
+    assert "no interval" in call("tolerance", store, "--goal", "square < 17").stdout
     assert "nan" in refusal("tolerance", str(store), "--goal", "square < nan")
 
 

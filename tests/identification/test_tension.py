@@ -104,7 +104,7 @@ def by_the_string_formula(seed):
 
 @pytest.mark.parametrize(
     "seeds, low, high",
-    [(range(40), 0.85, 1.0), pytest.param(range(400), 0.93, 0.97, marks=pytest.mark.verify)],
+    [(range(24), 0.85, 1.0), pytest.param(range(400), 0.93, 0.97, marks=pytest.mark.verify)],
 )
 def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
     """Noise, hum, two decays, three belts; none is off by 1 %; hum beside a tone that fades is refused."""
@@ -128,10 +128,11 @@ def test_intervals_of_a_ping_hold_the_tension(seeds, low, high, measured):
     assert worst < 0.01, worst
 
 
-def test_an_accelerometer_hears_overtones_as_loud_as_the_first_partials(measured):
+@pytest.mark.parametrize("seeds", [8, pytest.param(24, marks=pytest.mark.verify)])
+def test_an_accelerometer_hears_overtones_as_loud_as_the_first_partials(seeds, measured):
     """Twelve partials of a belt: 8 of 24 tensions were four or nine times too high, 2 refused as knocks."""
     drive, time, errors = cd.load_drive("printer-idlers"), np.arange(24_000) / 24e3, []
-    for seed in range(24):
+    for seed in range(seeds):
         rng = np.random.default_rng(seed)
         tension, length = 30.0 * rng.uniform(0.8, 1.25), drive.machine.free_spans[0].length
         first = np.sqrt(tension * (1.0 + tension / 19.4e3) / 8.3e-3) / (2.0 * length)
@@ -417,8 +418,6 @@ def test_a_ping_after_a_silence_is_a_ping(silence):
 
 
 # --- Both spans sound in one recording: two families of partials, two tensions, or one line why not
-
-
 @pytest.mark.parametrize("seed", [10_000, 10_001])
 def test_both_tensions_of_the_exact_loop_come_out_within_one_per_cent(seed):
     """Noise 5 %: both values, without labels since the spans have the same modes, and the torque between."""
@@ -576,17 +575,18 @@ def test_fifty_recordings_of_nearly_equal_tensions(measured):
 
 
 # --- The load pulley feels its spans: its encoder shows a ping in counts, its load cell both tensions
+@pytest.mark.parametrize("phases", [5, pytest.param(20, marks=pytest.mark.verify)])
 @pytest.mark.parametrize(
     "name, tension, height, least",
     [
-        ("dissertation-2", 5.0, 8e-3, 20),
-        ("dissertation-2", 5.0, 5e-3, 20),
-        ("dissertation-2", 7.0, 8e-3, 0),
-        ("dissertation-3", 7.0, 8e-3, 0),
-        ("dissertation-3", 5.0, 8e-3, 0),
+        ("dissertation-2", 5.0, 8e-3, 1.0),
+        ("dissertation-2", 5.0, 5e-3, 1.0),
+        ("dissertation-2", 7.0, 8e-3, 0.0),
+        ("dissertation-3", 7.0, 8e-3, 0.0),
+        ("dissertation-3", 5.0, 8e-3, 0.0),
     ],
 )
-def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least, measured):
+def test_counts_of_the_load_pulley_in_phases_of_the_count(name, tension, height, least, phases, measured):
     """Either no tone or the tension within 1 %; always the tension at 5 N."""
     drive = cd.load_drive(
         name, overrides=[f"cable.pretension={tension}", "cable.transverse_damping=2"]
@@ -594,16 +594,16 @@ def test_counts_of_the_load_pulley_in_twenty_phases(name, tension, height, least
     start, recording = Start(plucks=(Pluck(height=height, place=0.4),)), Recording(rate=2000.0)
     run = simulate(drive, 2.0, start=start, scheme=Scheme(segments=40), recording=recording)
     off, refusals, count = [], [], 2 * np.pi / 10_000
-    for phase in np.arange(20) / 20:
+    for phase in np.arange(phases) / phases:
         angle = count * np.floor(run.load_angle / count + phase)
         log = log_of(run.time, {"load_angle": angle}, {"load_angle": "rad"})
         try:
             off.append(abs(tension_from_ping(log, drive)["upper"] / tension - 1.0))
         except cd.NotComputed as refusal:
             refusals.append(str(refusal))
-    measured(f"{len(off)} of 20 identified" + (f", worst {100 * max(off):.3f} %" if off else ""))
+    measured(f"{len(off)} of {phases} identified" + (f", worst {100 * max(off):.3f} %" if off else ""))
     assert all("no tone" in one for one in refusals), refusals
-    assert len(off) >= least, len(off)
+    assert len(off) >= least * phases, len(off)
     assert max(off, default=0.0) < 0.01, off
 
 
@@ -645,8 +645,6 @@ def test_a_load_cell_without_angle_halves_its_reading_and_says_so():
 
 
 # --- A ping tells the tension of a named span of a machine with routes, and two pings compare two belts
-
-
 def ring(tension, seed):
     """Two seconds of three decaying tones of the string formula, with noise, and the time."""
     rng = np.random.default_rng(seed)

@@ -130,9 +130,12 @@ def test_a_small_pulley_close_to_a_large_one_is_wrapped_by_what_the_large_one_le
     assert small == pytest.approx(2.0 * pi - large, rel=1e-12)
 
 
-@given(drive=drives() | extreme_drives())
-@settings(max_examples=150)
-def test_sheet_and_warnings_of_any_drive_are_finite_and_plain(drive):
+@pytest.mark.parametrize("draws", [40, pytest.param(400, marks=pytest.mark.verify)])
+def test_sheet_and_warnings_of_any_drive_are_finite_and_plain(draws):
+    settings(max_examples=draws)(given(drive=drives() | extreme_drives())(sheet_is_finite_and_plain))()
+
+
+def sheet_is_finite_and_plain(drive):
     flat = max(own.radius for own in drive.pulley) > 1e4 * drive.pulley_distance  # its span is round-off
     if not 1e-24 < drive.cable.axial_rigidity < 1e24 or drive.pulley_distance > 1e23 or flat:
         with suppress(InputRefused, NotComputed):  # as no size of a machine, or of round-off

@@ -1,6 +1,7 @@
 """Hoists, an elastic axis, two motors on a shaft, two winches by scipy, without any part of the package."""
 
 from dataclasses import dataclass
+from math import acos, atan2, hypot, pi, sqrt
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -183,9 +184,9 @@ def run_pair(pair, preload, commands, push, interval):
 class Winches:
     """Left line over the top of the left sheave, right line over the top of the right one."""
 
-    sheaves: np.ndarray  # (2, 2) centres [m]
+    sheaves: tuple[tuple[float, float], ...]  # two centres [m]
     sheave_radius: float
-    clamps: np.ndarray  # (2, 2) at rest [m]
+    clamps: tuple[tuple[float, float], ...]  # two, at rest [m]
     vertical: float  # free length from drum to sheave [m]
     rigidity: float
     loss: float
@@ -197,40 +198,40 @@ class Winches:
     weight: float
 
     def length(self, i, q):
-        """Whole length from the drum but for a constant, and its free part [m]."""
-        d = self.clamps[i] + q - self.sheaves[i]
-        distance, r = np.hypot(*d), self.sheave_radius
-        free, slope = np.sqrt(distance**2 - r**2), np.arctan2(d[1], d[0])
+        """Whole length from the drum but for a constant, and its free part [m]; ``q``: two numbers."""
+        across, up = (self.clamps[i][k] + q[k] - self.sheaves[i][k] for k in range(2))
+        distance, r = hypot(across, up), self.sheave_radius
+        free, slope = sqrt(distance**2 - r**2), atan2(up, across)
         if (
             i == 0
         ):  # the contact lies above the line of centres to the right: clockwise arc from the left side
-            return free - r * (slope + np.arccos(r / distance)), free + self.vertical
-        slope %= 2.0 * np.pi
-        return free + r * (slope - np.arccos(r / distance)), free + self.vertical
+            return free - r * (slope + acos(r / distance)), free + self.vertical
+        slope %= 2.0 * pi
+        return free + r * (slope - acos(r / distance)), free + self.vertical
 
     def slopes(self, i, q):
         """Change of the length with the body's place, by central differences."""
-        h = 1e-5 * np.eye(2)
-        return np.array([(self.length(i, q + e)[0] - self.length(i, q - e)[0]) / 2e-5 for e in h])
+        x, y, h = *q, 1e-5
+        ends = ((x + h, y), (x - h, y)), ((x, y + h), (x, y - h))
+        return [(self.length(i, more)[0] - self.length(i, less)[0]) / (2.0 * h) for more, less in ends]
 
     def tensions(self, x, unwound):
         """Tensions, shape (2,), and slopes, shape (2, 2); x: q, v, angles, speeds."""
-        q, v, angle, turn = np.split(x, 4)
-        slopes = np.array([self.slopes(i, q) for i in range(2)])
-        found = np.zeros(2)
+        q, v, angle, turn = x.reshape(4, 2).tolist()
+        slopes, found = [self.slopes(i, q) for i in range(2)], [0.0, 0.0]
         for i in range(2):
             length, free = self.length(i, q)
             stretch = length + self.drum * angle[i] - unwound[i]
-            rate = slopes[i] @ v + self.drum * turn[i]
+            rate = slopes[i][0] * v[0] + slopes[i][1] * v[1] + self.drum * turn[i]
             if stretch > 0.0:
                 found[i] = max((self.rigidity * stretch + self.loss * rate) / free, 0.0)
-        return found, slopes
+        return np.array(found), np.array(slopes)
 
     def at_rest(self):
         """Tensions that carry the weight at the place of the file, and what is unwound for them."""
-        slopes = np.array([self.slopes(i, np.zeros(2)) for i in range(2)])
+        slopes = np.array([self.slopes(i, (0.0, 0.0)) for i in range(2)])
         tension = np.linalg.solve(slopes.T, np.array([0.0, -self.weight]))
-        lines = [self.length(i, np.zeros(2)) for i in range(2)]
+        lines = [self.length(i, (0.0, 0.0)) for i in range(2)]
         return tension, np.array(
             [a - t * b / self.rigidity for (a, b), t in zip(lines, tension, strict=True)]
         )

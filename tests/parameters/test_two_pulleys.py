@@ -1,6 +1,7 @@
 """One cable between two pulleys, found in machines with routes that stand, turn and begin otherwise."""
 
 from dataclasses import replace
+from functools import cache
 from math import cos, sin
 
 import numpy as np
@@ -107,16 +108,21 @@ def test_a_line_on_the_other_side_is_another_machine(way):
         refused(lambda: in_machine(other), "leaves the drive pulley on the other side")
 
 
+@cache
+def closed_forms(name, way=None):
+    """Datasheet and resonance of a drive of two pulleys, or of the machine that it is elsewhere."""
+    drive = uneven() if name == "uneven" else replace(cd.load_drive(name).listed, lumped=None)
+    one = elsewhere(drive, *way) if way else drive
+    return derived_quantities(one).as_dict(), resonance(one, torque=0.01)
+
+
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", ["dissertation-2", "dissertation-3", "uneven"])
 def test_closed_forms_are_those_of_the_file_of_two_pulleys(name, way):
-    drive = uneven() if name == "uneven" else replace(cd.load_drive(name).listed, lumped=None)
-    machine = elsewhere(drive, *way)
-    sheets = [derived_quantities(one).as_dict() for one in (drive, machine)]
+    sheets, found = zip(closed_forms(name), closed_forms(name, way), strict=True)
     known = [key for key, value in sheets[0].items() if isinstance(value, float) and sheets[1][key]]
     assert len(known) > 14
     np.testing.assert_allclose(*([sheet[key] for key in known] for sheet in sheets), rtol=1e-8)
-    found = [resonance(one, torque=0.01) for one in (drive, machine)]
     figures = ("frequency_ratio", "pulley_frequency", "threshold_here", "coulomb_onset")
     values = [[getattr(one, key) or 0.0 for key in figures] for one in found]
     np.testing.assert_allclose(*values, rtol=1e-6)

@@ -1,6 +1,7 @@
 """Gain scheduling by an announced load: beside laws designed for that load alone, and its bound."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -34,8 +35,9 @@ def heavier(factor):
     return load_drive("dissertation-3", overrides=[f"pulley.1.inertia={inertia!r}"]).listed
 
 
-def loop_of(name, drive=DRIVE, motion=TWO):
-    spec = DesignSpec(drive, motion, options=COMPARED, bandwidth=HERTZ)
+@cache
+def loop_of(name, drive=DRIVE):
+    spec = DesignSpec(drive, TWO, options=COMPARED, bandwidth=HERTZ)
     return tuned_loop(name, HERTZ, "by uncertainty", spec)
 
 

@@ -24,9 +24,9 @@ RAIL = cd.load_drive(str(Path(__file__).parents[2] / "examples" / "rail_winches.
 def winches_of(mass, coulomb=0.0):
     """The packaged machine in the words of the oracle, from the figures of its file."""
     return Winches(
-        sheaves=np.array([[0.0, 15.0], [60.0, 15.0]]),
+        sheaves=((0.0, 15.0), (60.0, 15.0)),
         sheave_radius=0.08,
-        clamps=np.array([[21.8, 10.2], [22.2, 10.2]]),
+        clamps=((21.8, 10.2), (22.2, 10.2)),
         vertical=14.5,
         rigidity=614600.0,
         loss=473.0,

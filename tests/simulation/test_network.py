@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import cabledrive as cd
+from cabledrive.mechanics.compiled import numba_at_hand
 from cabledrive.simulation import CarriageForce, Pluck, Recording, Scheme, Sine, Start
 from cabledrive.simulation.case import case_of
 from cabledrive.simulation.methods import time_grid
@@ -191,9 +192,10 @@ def test_whole_fields_of_a_machine_with_routes_meet_its_channels(tmp_path):
 @pytest.mark.parametrize("name", ["serpentine", "tendon-finger", "corexy"])
 def test_energy_of_every_machine_is_conserved_to_round_off(name):
     """Ropes of several tensions and in parallel, bodies that turn, dampers; Stoermer-Verlet's motion."""
+    duration = 0.02 if numba_at_hand() else 0.001  # 34 steps at least
     given = {"torque": 0.02, "recording": Recording(rate=2e3)}
     found, verlet = (
-        cd.simulate(cd.load_drive(name).listed, 0.02, scheme=Scheme(segments=12, method=method), **given)
+        cd.simulate(cd.load_drive(name).listed, duration, scheme=Scheme(segments=12, method=method), **given)
         for method in ("energy-conserving", "verlet")
     )
     assert found.energy_budget_error < 1e-13
@@ -201,14 +203,14 @@ def test_energy_of_every_machine_is_conserved_to_round_off(name):
     np.testing.assert_allclose(moved[0], moved[1], atol=1e-6 * np.abs(moved).max())
 
 
-@pytest.mark.kernel
-def test_damped_ropes_of_a_machine_with_routes_go_slack_as_those_of_a_loop():
+@pytest.mark.parametrize("duration", [0.05, pytest.param(0.01, marks=pytest.mark.kernel)])
+def test_damped_ropes_of_a_machine_with_routes_go_slack_as_those_of_a_loop(duration):
     drive = cd.load_drive(
         "dissertation-2", overrides=["cable.axial_damping=0.1", "layout.gravity=0", "cable.pretension=1"]
     ).listed
     given = {"scheme": Scheme(segments=12, slack="tension-only"), "recording": Recording(rate=2e3)}
     loop, route = (
-        cd.simulate(own, 0.05, torque=torque, **given)
+        cd.simulate(own, duration, torque=torque, **given)
         for own, torque in ((drive, 5.0), (as_routes(drive), -5.0))
     )
     assert loop.slack_events

@@ -250,7 +250,7 @@ def test_a_map_of_slow_machines_grows_above_the_threshold_that_resonance_states(
     assert found.growth[0, 0] < 1.3
     assert found.growth[1, 0] > 2.0, f"{found.growth[1, 0]:.4g} in {found.duration:.4g} s"
     assert not found.weighs
-    assert "without weight" in resonance_map_page(growth_map(drive, torque=1.0, duration=1.0))
+    assert "without weight" in resonance_map_page(growth_map(drive, torque=1.0, torques=[1.0], duration=1.0))
 
 
 def test_a_map_states_the_torque_from_which_its_duration_shows_growth():

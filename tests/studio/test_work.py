@@ -17,7 +17,7 @@ from cabledrive.parameters import InputRefused
 from cabledrive.studio.commands import KINDS, asked
 from cabledrive.studio.jobs import RUNNING
 from cabledrive.studio.state import State
-from command import call, run
+from command import call
 from studio_browser import studio_process
 
 LONG = ["simulate", "dissertation-2", "--duration=1000", "--pluck-upper=1 mm", "-o", "run.nc"]
@@ -124,7 +124,8 @@ def test_a_film_plucks_the_first_span_of_every_kind_of_machine(studio, tmp_path,
 
 
 # --- The studio as a process: its address, a taken port, a folder in use, Ctrl-C
-def test_the_first_line_is_the_address_and_ctrl_c_ends_it_with_130(tmp_path):
+def test_the_first_line_is_the_address_and_ctrl_c_ends_it_with_130(tmp_path, monkeypatch):
+    monkeypatch.setattr("uvicorn.Server.run", None)  # of this process: one that served would be a defect
     with studio_process(tmp_path / "one", "dissertation-2", warm=True) as (process, address):
         parts = urlsplit(address)
         assert (parts.scheme, parts.hostname, parts.path) == ("http", "127.0.0.1", "/")
@@ -133,11 +134,11 @@ def test_the_first_line_is_the_address_and_ctrl_c_ends_it_with_130(tmp_path):
         assert page.url.startswith(f"http://127.0.0.1:{parts.port}/machine?drive=dissertation-2")
         assert b"dissertation-2" in page.read()
 
-        second = run("studio", "--no-browser", "--folder", str(tmp_path / "one"))
-        assert second.returncode == 2
+        second = call("studio", "--no-browser", "--folder", tmp_path / "one")
+        assert second.exit_code == 2
         assert "another studio works in this folder" in second.stderr
-        busy = run("studio", "--no-browser", "--port", str(parts.port), "--folder", str(tmp_path / "two"))
-        assert busy.returncode == 2
+        busy = call("studio", "--no-browser", "--port", parts.port, "--folder", tmp_path / "two")
+        assert busy.exit_code == 2
         assert f"--port {parts.port}" in busy.stderr
         assert "give another" in busy.stderr
 
