@@ -85,7 +85,7 @@ class Component:
     def alike(self) -> Hashable:
         """Equal of components with the same rows, which have the same modes."""
         ropes = tuple(
-            (own.hold, own.direction, own.length, own.density, own.pull, own.bend, own.ropes)
+            (own.hold, own.direction, own.length, own.density, own.pull, own.bend, own.speed, own.ropes)
             for own in self.ropes
         )
         arrays = (self.z, self.time, self.lag, self.ring, self.fixed_kind, self.factor)
