@@ -76,6 +76,19 @@ def test_what_sag_shifts_of_straight_ropes_lies_within_the_bound_and_is_flagged(
     assert bound < 1e-4 or any("sag" in line for line in sag_words(network))
 
 
+@pytest.mark.parametrize("pull", [4e4, 1e4])
+def test_the_certificate_says_at_which_slope_the_rope_hangs(pull):
+    """Half of its weight over the tension at the middle, which the file's pretension and its weight make."""
+    certificate = cd.modes(one_span(pull), count=1).certificate
+    (stretch,) = statics_of(one_span(pull)).stretches[0]
+    assert certificate.slope == pytest.approx(
+        0.5 * 9.81 * DENSITY * stretch.length / stretch.force[0], rel=1e-3
+    )
+    assert (
+        cd.modes(replace(one_span(pull), layout=RouteLayout(gravity=0.0)), count=1).certificate.slope == 0.0
+    )
+
+
 @pytest.mark.parametrize("ratio", [0.6, 0.9, 1.0, 1.2])
 def test_where_motion_along_meets_motion_across_straight_ropes_are_not_certified(ratio, measured):
     """A wheel whose mode along is near the first across, lambda^2 = 0.005: the shift is of first order."""

@@ -54,6 +54,7 @@ class Certificate:
     enclosure: float = meaning(
         "relative half-width of the interval in which two counts prove each mode to lie", ENCLOSURE
     )
+    slope: float = meaning("largest slope of a rope at rest to its chord; it is certified as it hangs", 0.0)
 
 
 @described

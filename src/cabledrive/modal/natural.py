@@ -153,13 +153,13 @@ def _moved_by_sag(network: Network, listed: Sequence[Mode], spectrum: Spectrum) 
 
 def _limited(listed: Modes, spectrum: Spectrum, network: Network) -> Modes:
     """A list of a machine, certified where its models hold."""
-    own, limit = spectrum.network, range_limit(network, listed.modes)
-    if own.slack:
-        limit = own.slack[0]
-    else:
-        limit = lifted_limit(network) or limit
+    slack = spectrum.network.slack
+    limit = slack[0] if slack else lifted_limit(network) or range_limit(network, listed.modes)
+    steep = [own.direction(start) for own in network.pieces for start in (True, False)]
+    slope = max(abs(sine / cosine) for cosine, sine in steep)
     return replace(
         listed,
+        certificate=replace(listed.certificate, slope=slope),
         certified=listed.certified and limit is None,
         certified_reason=limit if listed.certified else listed.certified_reason,
         warnings=tuple(route_range_warnings(network)),

@@ -15,7 +15,7 @@ from cabledrive.mechanics import DerivedQuantities
 from cabledrive.mechanics.datasheet import REST
 from cabledrive.modal import Mode, Modes
 from cabledrive.modal.lowest import LOWEST as OF_LOWEST
-from cabledrive.modal.mode import LONGITUDINAL, TRANSVERSE, Certificate
+from cabledrive.modal.mode import LONGITUDINAL, SAGGING, TRANSVERSE, Certificate
 from cabledrive.modal.mode_rows import mode_rows
 from cabledrive.modal.ranges import INCOMPLETE
 from cabledrive.report.blocks import Table, listed, table_text
@@ -44,7 +44,7 @@ OF_MODE = Keys(
 )
 OF_PROOF = Keys(
     "below_hz=below longitudinal_below_hz=longitudinal_below transverse_below_hz=transverse_below count "
-    "longitudinal transverse enclosure",
+    "longitudinal transverse enclosure slope",
     of=Certificate,
 )
 OF_MODES = Keys(
@@ -188,4 +188,5 @@ def _models(found: Modes) -> str:
     parts = [(words[plane], " and ".join(models)) for plane, models in planes if models]
     if len({models for _, models in parts}) == 1:
         return parts[0][1]
-    return "; ".join(f"{models} {plane}" for plane, models in parts)
+    said = "; ".join(f"{models} {plane}" for plane, models in parts)
+    return said.replace(SAGGING, f"{SAGGING} with slopes up to {found.certificate.slope:.2g}")
