@@ -114,6 +114,23 @@ def sources() -> Iterator[Breach]:
                 yield path, node.lineno, "imports from the package itself, not from a room"
 
 
+def names_given_twice() -> Iterator[Breach]:
+    """A name of a module that is assigned twice loses its first value for whoever meant that."""
+    for path in SOURCES:
+        given = [
+            (target.id, node.lineno)
+            for node in tree_of(path).body
+            if isinstance(node, ast.Assign | ast.AnnAssign)
+            for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+            if isinstance(target, ast.Name)
+        ]
+        seen = set[str]()
+        for name, line in given:
+            if name in seen:
+                yield path, line, f"{name} is given a second time: call one of the two by another name"
+            seen.add(name)
+
+
 def tests() -> Iterator[Breach]:
     """What tests share stands in modules of its own; pytest finds a test by the name of its file."""
     names: dict[str, Path] = {}
@@ -436,7 +453,7 @@ def rooms() -> Iterator[Breach]:
 
 
 RULES = (
-    *(foreign_addresses, sources, tests, docstrings, hidden_modules),
+    *(foreign_addresses, sources, names_given_twice, tests, docstrings, hidden_modules),
     *(pages, figures, errata, equations, packaging, rooms),
 )
 

@@ -12,7 +12,7 @@ from cabledrive.identification.logs.log import ColumnMap
 from cabledrive.identification.logs.reading import read_log
 from cabledrive.parameters import load_drive
 from cabledrive.report.figures.study_runs import intervals_picture
-from cabledrive.report.study.results import results_of
+from cabledrive.report.study.results import FOUND_IN_LOG, results_of
 from cabledrive.report.study.verdict import _quantities, _sheet
 from cabledrive.rig.laws.controllers import plant_chain
 from cabledrive.rig.setting import DEGREE
@@ -167,6 +167,7 @@ def test_a_load_encoder_of_a_fifth_of_the_counts_is_a_finding_and_is_used(tmp_pa
     assert finding.value == pytest.approx(2 * pi / COARSE, rel=1e-3)
     assert finding.limit == pytest.approx(1.2 * 2 * pi / 10000)
     assert sensors.load_encoder == COARSE
+    assert FOUND_IN_LOG(finding)["message"] == finding.words  # as `results.json` has it
 
 
 @pytest.mark.verify

@@ -7,15 +7,13 @@ With the force :math:`\mathbf F(s)` along and across a span at the unstretched p
           \mathbf r' = \frac{EA + |\mathbf F|}{EA - m}\,\frac{\mathbf F}{|\mathbf F|}, \qquad
           m = \rho_0 v^2. \qquad \text{Eq. (N.10)}
 
-Its tension is :math:`|\mathbf F| + m\,|\mathbf r'|`; wheels and bodies feel F alone.
-
-Forces are linear in that at the start of each section, along which it is passed on, and the force across at
-the start of each run between places that are held across. That the ends of a run lie where they
-should and the rope of a section has the length that its pretension gave it are conditions of the least
-complementary energy; a balance of bodies is a side condition, its multipliers their moves along the ropes. A
-step that is halved until the slope of the energy along it has fallen therefore reaches the one solution.
-Where forces turn a rope by an angle it leaves its wheel farther on, and the wheel passes on their size: both
-follow the forces from step to step. So does the rope that one span has too much, which the next one takes.
+Its tension is :math:`|\mathbf F| + m\,|\mathbf r'|`; wheels and bodies feel F alone. Forces are linear in
+that at the start of each section, along which it is passed on, and in the force across at the start of each
+run between places that are held across. That the ends of a run lie where they should and the rope of a
+section has the length that its pretension gave it are conditions of the least complementary energy; a balance
+of bodies is a side condition, its multipliers their moves along the ropes. Steps halved until the slope of
+the energy along them falls reach the one solution. A rope that forces turn leaves its wheel farther on, which
+passes on their size: both follow the forces from step to step. So does rope that a span has too much of.
 """
 
 from collections.abc import Callable, Sequence
@@ -93,7 +91,7 @@ class RestingStretch:
         return np.asarray(self._tension(along if self.straight else np.hypot(along, across)))
 
     def _tension(self, force: Any) -> Any:
-        """The force on what carries it, and what turns a rope that runs [N]."""
+        """Of a rope that bears a force [N]: what turns one that runs is more."""
         return (force + self.flow) * (self.axial_rigidity / (self.axial_rigidity - self.flow))
 
     @property
@@ -159,8 +157,7 @@ def sag_parameter(stretches: Sequence[RestingStretch]) -> float:
 
     .. math:: \lambda^2 = \frac{12\,EA}{\bar T}\,\overline{\sin^2\theta}
 
-    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`; T of one that runs is less by
-    its momentum.
+    A level cable without weights has the usual :math:`(\rho_0 g l/T)^2\,EA/T`, T without its momentum.
     """
     square = tension = 0.0
     for stretch in stretches:
@@ -280,10 +277,9 @@ class Ropes:
         ``share``: of the way there that is gone.
         """
         force = self.forces(tension, shear)
-        middle, after = force - 0.5 * self.weight, force - self.weight
-        longer = (self.rigidity + np.hypot(middle[:, 0], middle[:, 1])) / (self.rigidity - self.flow)
+        longer = (self.rigidity + np.hypot(*(force - 0.5 * self.weight).T)) / (self.rigidity - self.flow)
         excess = self.reach(force)[0]
-        along, across = np.stack((force, after), axis=-1).swapaxes(0, 1)
+        along, across = np.stack((force, force - self.weight), axis=-1).swapaxes(0, 1)
         turned = (self.rim != 0.0) & self.hangs[self.run][:, None]
         size = np.where(turned, np.hypot(along, across), 1.0)
         over = np.where(turned, np.where(along > 0.0, across**2 / (size + np.abs(along)), size - along), 0.0)

@@ -111,7 +111,7 @@ LOAD_KEYS, CARRIAGE_KEYS = ("plant", "inside", "reason"), ("rests", "smallest_te
 """Keys of an acceptance, and those that only loads, and only carriages, have."""
 METHOD = "study in stages, each kept by the hash of its inputs"
 FINDING = "text: id unit number: value limit flag: decides"
-FOUND = Keys("id value limit unit decides message=words", of=LogFinding)
+FOUND_IN_LOG = Keys("id value limit unit decides message=words", of=LogFinding)
 FOUND = Keys(
     "text: verdict headline drive drive_hash asked code sha256 texts: reasons remedies cautions map: "
     "files=text rows: candidates{text: controller setting plant reason count: runs ended_early "
@@ -240,7 +240,7 @@ def results_of(result: StudyResult) -> dict[str, Any]:
             **error,
             "candidates": candidates,
             "reasons": list(verdict.reasons),
-            "findings": [FOUND(one) for one in result.knowledge.findings],
+            "findings": [FOUND_IN_LOG(one) for one in result.knowledge.findings],
             "remedies": list(verdict.remedies),
             "cautions": list(verdict.cautions),
             "margins": stage_cache.as_plain(verdict.margins),
