@@ -162,7 +162,7 @@ def test_a_coarser_encoder_redoes_what_depends_on_it_and_leaves_the_mechanics_al
     laws = [score.law.controller for score in found.laws.scores]
     assert laws == ["pd", "pid", "lqg", "lqi", "darc-3-damped", "lqi-learning"]
     runs = {f"acceptance-lumped-{law}-{part}" for law in laws for part in ("00000", "worst")}
-    assert fresh == {"check", "knowledge", "demand", "model", "controller", "laws"} | runs
+    assert fresh == {"check", "knowledge", "demand", "model", "controller", "laws", "exported"} | runs
     before = studies(case).knowledge.quantities["eccentricity"].high
     assert found.knowledge.quantities["eccentricity"].high > before
 

@@ -72,14 +72,14 @@ def test_the_choice_of_a_study_is_the_first_of_the_table_on_the_same_plants(tmp_
     monkeypatch.setattr(law_settings, "FIXED", ("pd", "lqi", "pid"))
     monkeypatch.setattr(law_settings, "KINDS", ("lqi-learning",))
     chosen, table = choice_and_table(DRIVE, goals(30, 0.3, draws=10), tmp_path)
-    measured(", ".join(f"{name} {np.degrees(error):.3f}" for name, (_, error) in table.items()))
+    measured(", ".join(f"{name} {np.degrees(error):.3f}" for name, (*_, error) in table.items()))
     assert chosen == min(table, key=lambda name: table[name]), f"{chosen}, {table}"
 
 
 @pytest.mark.verify
 def test_the_choice_is_the_first_of_the_table_over_100_plants_with_a_flexible_joint(tmp_path, measured):
     chosen, table = choice_and_table(load_drive("dissertation-3"), goals(45, 0.5, draws=100), tmp_path)
-    measured(", ".join(f"{name} {np.degrees(error):.3f}" for name, (_, error) in table.items()))
+    measured(", ".join(f"{name} {np.degrees(error):.3f}" for name, (*_, error) in table.items()))
     assert chosen == min(table, key=lambda name: table[name]), f"{chosen}, {table}"
 
 
