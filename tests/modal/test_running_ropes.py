@@ -217,3 +217,23 @@ def test_shares_of_the_strain_energy_of_a_belt_that_runs_are_shares():
             shares = list(mode.strain_by_span.values())
             assert min(shares) > -1e-3  # half of what mixes both counts across
             assert sum(shares) == pytest.approx(1.0, abs=1e-9)  # nothing else of the machine is strained
+
+
+def test_the_shape_of_a_straight_rope_that_runs_is_the_sum_of_its_two_waves():
+    """Also where the lag turns a part of it by more than half a turn from end to end."""
+    drive = route("serpentine", "route.belt.speed=45")
+    network, worst, furthest = network_of(drive), 0.0, 0.0
+    for mode in cd.modes(drive, below=400.0).modes:
+        if mode.kind != "transverse" or mode.plane != "w":
+            continue
+        piece = next(own for own in network.pieces if own.where.name == mode.span)
+        rest, rope = piece.rest, piece.rope
+        waves = np.sqrt(rest.tensions[0] / (1.0 + rest.tensions[0] / rope.axial_rigidity) / rope.density)
+        speeds, share = np.array([waves, -waves]) - piece.speed, np.linspace(0.0, 1.0, 101)
+        phase = 2.0 * np.pi * mode.frequency * rest.length / speeds
+        both, shape = np.exp(1j * np.outer(share, phase)), mode.shape(mode.span, share * piece.end)[0]
+        left = shape - both @ np.linalg.lstsq(both, shape)[0]
+        worst = max(worst, float(np.abs(left).max() / np.abs(shape).max()))
+        furthest = max(furthest, 0.5 * float(np.abs(phase.sum())))
+    assert furthest > 2.0 * np.pi
+    assert worst < 1e-9
