@@ -19,6 +19,7 @@ from cabledrive.parameters.cable import Rope as Material
 from cabledrive.parameters.route.parts import Route, RoutedMotor, RoutedPulley, RouteLayout
 from network_samples import route
 from oracles import hanging_machine
+from other_units import in_other_units
 
 FLOWS = [-0.7, 0.2, 0.6, 0.85]
 """Speed over that of waves across."""
@@ -237,3 +238,13 @@ def test_the_shape_of_a_straight_rope_that_runs_is_the_sum_of_its_two_waves():
         furthest = max(furthest, 0.5 * float(np.abs(phase.sum())))
     assert furthest > 2.0 * np.pi
     assert worst < 1e-9
+
+
+def test_a_stiff_belt_that_runs_has_the_same_modes_by_any_unit_of_length():
+    drive = route("serpentine", "route.belt.speed=30", "cable.bending_stiffness=0.002")
+    metres, longer = (
+        cd.modes(own, count=3).modes for own in (drive, in_other_units(drive, (1.0, 1e-6, 1.0)))
+    )
+    np.testing.assert_allclose(
+        [mode.frequency for mode in longer], [mode.frequency for mode in metres], rtol=1e-12
+    )
