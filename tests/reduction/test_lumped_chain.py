@@ -166,6 +166,15 @@ def test_what_a_chain_leaves_out_is_what_the_response_of_the_machine_has_more(ma
     assert abs(chain.strings - chain.neglected) * 0.999 < more < (chain.strings + chain.neglected) * 1.001
 
 
+def test_a_gram_that_hangs_on_a_span_changes_no_chain():
+    """It also moves out of the plane, on springs that no chain knows."""
+    gram = 'carriage = [{ mass = "1 g", position = "16 m", guided = false }]'
+    (chain,), (other,) = network_chains(routed(CAMERA)), network_chains(routed(CAMERA + gram))
+    assert other.load == chain.load
+    np.testing.assert_allclose(other.inertias, chain.inertias, rtol=1e-3)
+    assert other.neglected == pytest.approx(chain.neglected, rel=1e-3)
+
+
 def test_the_printer_is_a_chain_of_two_inertias_up_to_twice_its_mode(measured):
     (chain,) = network_chains(route("printer"))
     assert chain.load == "head.x"

@@ -26,7 +26,6 @@ from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.response import network_response
-from cabledrive.modal.elements import OUT, Rope, Wave
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.route_network import network_of_routes
@@ -157,13 +156,11 @@ def network_chains(drive: Machine) -> tuple[NetworkChain, ...]:
 
 
 def _moved(found: ModalNetwork) -> ModalNetwork:
-    """A network without the waves that no coordinate in its plane takes part in."""
-
-    def takes_part(part: Wave | Rope) -> bool:
-        return part.tags[0][1] != OUT and any(part.rows)
-
+    """A network without the waves that no coordinate takes part in."""
     return replace(
-        found, waves=tuple(filter(takes_part, found.waves)), ropes=tuple(filter(takes_part, found.ropes))
+        found,
+        waves=tuple(own for own in found.waves if any(own.rows)),
+        ropes=tuple(own for own in found.ropes if any(own.rows)),
     )
 
 
