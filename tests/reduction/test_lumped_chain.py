@@ -148,8 +148,14 @@ route = [{ name = "line", path = ["left", "+drum", "+far", "right"] }]
 """
 
 
+STEEP = CAMERA.replace('m/s^2" }', 'm/s^2", inclination = "37 deg" }').replace("400 N", "28 N")
+STEEP = STEEP.replace('motor = { inertia = "0.05', 'motor = { inertia = "0.5')
+
+
 @pytest.mark.parametrize(
-    ("machine", "across"), [(route("printer"), 0.0), (routed(CAMERA), 0.03)], ids=["printer", "a camera"]
+    ("machine", "across"),
+    [(route("printer"), 0.0), (routed(CAMERA), 0.03), (routed(STEEP), 0.03)],
+    ids=["printer", "a camera", "a camera that sag pulls up or down its line"],
 )
 def test_what_a_chain_leaves_out_is_what_the_response_of_the_machine_has_more(machine, across, measured):
     """At each of four hundred frequencies, where the chain takes three and the modes that it knows."""

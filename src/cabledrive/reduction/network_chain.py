@@ -52,8 +52,8 @@ _SAME = 1e-9
 _FREQUENCIES = 400
 _BEYOND = 2.0
 """Of the frequencies at which what is left out counts: up to where modes are listed one by one."""
-_PLACES = np.array([0.3, 0.7, 0.95])
-"""Of them, those at which the modes beyond are found as what all ropes do more."""
+_PLACES = np.array([0.025, 0.3, 0.7, 0.95])
+"""Of them, those at which the modes beyond are found as what all ropes do more; the first is the lowest."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -338,10 +338,11 @@ def _left_out(
 
     ``rows``, shape (2, n): of the motor's angle and the load. Returns the part of all other modes but the
     transverse ones, and that of these. The parts of rigid motion and modes are added by magnitude: a zero of
-    the response does not count as an error. Modes above twice these frequencies are even there in the square.
+    the response does not count as an error. Modes above twice these frequencies are even there in the square;
+    a rigid motion that sag makes a slow mode lacks the inverse of its square.
     """
     top = 2.0 * np.sqrt(squares[1])
-    omega, places = top * np.linspace(0.025, 1.0, _FREQUENCIES), top * _PLACES
+    omega, places = top * np.linspace(_PLACES[0], 1.0, _FREQUENCIES), top * _PLACES
     others = [
         (square, shape, across)
         for square, group, across in coupled_modes(network, spectrum, _BEYOND * top)
@@ -354,7 +355,8 @@ def _left_out(
     )
     exact = network_response(network, places, rows[0], rows, loss_factor=LOSS_FACTOR)
     exact -= _modal_parts(*modes, rows, places).sum(axis=2)
-    beyond = np.vander(omega**2 / top**2, 3) @ np.linalg.solve(np.vander(_PLACES**2, 3), exact)
+    terms = [np.column_stack((x**-2.0, np.vander(x, 3))) for x in ((omega / top) ** 2, _PLACES**2)]
+    beyond = terms[0] @ np.linalg.solve(terms[1], exact)
     kept, rest = np.split(_modal_parts(*modes, rows, omega), [squares.size], axis=2)
     across, size = np.array([one[2] for one in others], dtype=bool), np.abs(kept).sum(axis=2)
     along, strings = rest[:, :, ~across].sum(axis=2) + beyond, rest[:, :, across].sum(axis=2)
