@@ -224,9 +224,7 @@ def test_the_shape_of_a_straight_rope_that_runs_is_the_sum_of_its_two_waves():
     """Also where the lag turns a part of it by more than half a turn from end to end."""
     drive = route("serpentine", "route.belt.speed=45")
     network, worst, furthest = network_of(drive), 0.0, 0.0
-    for mode in cd.modes(drive, below=400.0).modes:
-        if mode.kind != "transverse" or mode.plane != "w":
-            continue
+    for mode in [own for own in cd.modes(drive, below=400.0).transverse if own.plane == "w"]:
         piece = next(own for own in network.pieces if own.where.name == mode.span)
         rest, rope = piece.rest, piece.rope
         waves = np.sqrt(rest.tensions[0] / (1.0 + rest.tensions[0] / rope.axial_rigidity) / rope.density)
@@ -242,9 +240,6 @@ def test_the_shape_of_a_straight_rope_that_runs_is_the_sum_of_its_two_waves():
 
 def test_a_stiff_belt_that_runs_has_the_same_modes_by_any_unit_of_length():
     drive = route("serpentine", "route.belt.speed=30", "cable.bending_stiffness=0.002")
-    metres, longer = (
-        cd.modes(own, count=3).modes for own in (drive, in_other_units(drive, (1.0, 1e-6, 1.0)))
-    )
-    np.testing.assert_allclose(
-        [mode.frequency for mode in longer], [mode.frequency for mode in metres], rtol=1e-12
-    )
+    metres, longer = drive, in_other_units(drive, (1.0, 1e-6, 1.0))
+    own, expected = ([mode.frequency for mode in cd.modes(one, count=3).modes] for one in (longer, metres))
+    np.testing.assert_allclose(own, expected, rtol=1e-12)
