@@ -19,6 +19,7 @@ from cabledrive.parameters.cable import Rope as Material
 from cabledrive.parameters.route.parts import Route, RoutedMotor, RoutedPulley, RouteLayout
 from network_samples import route
 from oracles import hanging_machine
+from other_units import in_other_units
 
 FLOWS = [-0.7, 0.2, 0.6, 0.85]
 """Speed over that of waves across."""
@@ -217,3 +218,28 @@ def test_shares_of_the_strain_energy_of_a_belt_that_runs_are_shares():
             shares = list(mode.strain_by_span.values())
             assert min(shares) > -1e-3  # half of what mixes both counts across
             assert sum(shares) == pytest.approx(1.0, abs=1e-9)  # nothing else of the machine is strained
+
+
+def test_the_shape_of_a_straight_rope_that_runs_is_the_sum_of_its_two_waves():
+    """Also where the lag turns a part of it by more than half a turn from end to end."""
+    drive = route("serpentine", "route.belt.speed=45")
+    network, worst, furthest = network_of(drive), 0.0, 0.0
+    for mode in [own for own in cd.modes(drive, below=400.0).transverse if own.plane == "w"]:
+        piece = next(own for own in network.pieces if own.where.name == mode.span)
+        rest, rope = piece.rest, piece.rope
+        waves = np.sqrt(rest.tensions[0] / (1.0 + rest.tensions[0] / rope.axial_rigidity) / rope.density)
+        speeds, share = np.array([waves, -waves]) - piece.speed, np.linspace(0.0, 1.0, 101)
+        phase = 2.0 * np.pi * mode.frequency * rest.length / speeds
+        both, shape = np.exp(1j * np.outer(share, phase)), mode.shape(mode.span, share * piece.end)[0]
+        left = shape - both @ np.linalg.lstsq(both, shape)[0]
+        worst = max(worst, float(np.abs(left).max() / np.abs(shape).max()))
+        furthest = max(furthest, 0.5 * float(np.abs(phase.sum())))
+    assert furthest > 2.0 * np.pi
+    assert worst < 1e-9
+
+
+def test_a_stiff_belt_that_runs_has_the_same_modes_by_any_unit_of_length():
+    drive = route("serpentine", "route.belt.speed=30", "cable.bending_stiffness=0.002")
+    metres, longer = drive, in_other_units(drive, (1.0, 1e-6, 1.0))
+    own, expected = ([mode.frequency for mode in cd.modes(one, count=3).modes] for one in (longer, metres))
+    np.testing.assert_allclose(own, expected, rtol=1e-12)

@@ -148,8 +148,14 @@ route = [{ name = "line", path = ["left", "+drum", "+far", "right"] }]
 """
 
 
+STEEP = CAMERA.replace('m/s^2" }', 'm/s^2", inclination = "37 deg" }').replace("400 N", "28 N")
+STEEP = STEEP.replace('motor = { inertia = "0.05', 'motor = { inertia = "0.5')
+
+
 @pytest.mark.parametrize(
-    ("machine", "across"), [(route("printer"), 0.0), (routed(CAMERA), 0.03)], ids=["printer", "a camera"]
+    ("machine", "across"),
+    [(route("printer"), 0.0), (routed(CAMERA), 0.03), (routed(STEEP), 0.03)],
+    ids=["printer", "a camera", "a camera that sag pulls up or down its line"],
 )
 def test_what_a_chain_leaves_out_is_what_the_response_of_the_machine_has_more(machine, across, measured):
     """At each of four hundred frequencies, where the chain takes three and the modes that it knows."""
@@ -164,6 +170,15 @@ def test_what_a_chain_leaves_out_is_what_the_response_of_the_machine_has_more(ma
     measured(f"left out {more:.4g}, along {chain.neglected:.4g} and across {chain.strings:.4g}")
     assert chain.strings >= across
     assert abs(chain.strings - chain.neglected) * 0.999 < more < (chain.strings + chain.neglected) * 1.001
+
+
+def test_a_gram_that_hangs_on_a_span_changes_no_chain():
+    """It also moves out of the plane, on springs that no chain knows."""
+    gram = 'carriage = [{ mass = "1 g", position = "16 m", guided = false }]'
+    (chain,), (other,) = network_chains(routed(CAMERA)), network_chains(routed(CAMERA + gram))
+    assert other.load == chain.load
+    np.testing.assert_allclose(other.inertias, chain.inertias, rtol=1e-3)
+    assert other.neglected == pytest.approx(chain.neglected, rel=1e-3)
 
 
 def test_the_printer_is_a_chain_of_two_inertias_up_to_twice_its_mode(measured):

@@ -197,10 +197,6 @@ class Rope:
             strains.append(np.sqrt(measure * self.bend)[:, :, None] * rate**2 * shapes[4])
         ends = 2 * (1 + along + beam)
         strain, motion = np.concatenate(strains, 1), np.concatenate(moved, 1)
-        if beam:  # the polynomials count slopes times the length
-            at = [ends // 2 - 1, ends - 1]
-            strain[:, :, at] *= size[:, None, None]
-            motion[:, :, at] *= size[:, None, None]
         turned, factor = np.linalg.qr(strain[:, :, ends:])
         inverse = np.linalg.inv(factor)
         inner = motion[:, :, ends:] @ inverse
@@ -210,8 +206,6 @@ class Rope:
         if self.speed:
             base = np.zeros((size.size, strain.shape[2], strain.shape[2]))
             base[:, :ends, :ends], base[:, ends:, :ends], base[:, ends:, ends:] = np.eye(ends), still, inverse
-            if beam:
-                base[:, at] *= size[:, None, None]
             values, slopes = (np.concatenate(shapes[i : i + 3 : 2]) for i in (0, 1))
             moves = (values * np.tile(weight, 2)[:, None]).T @ slopes
             turn = 1j * self.density * self.speed * (base.swapaxes(1, 2) @ (moves - moves.T) @ base)
@@ -221,6 +215,10 @@ class Rope:
             waves = vectors.swapaxes(1, 2) / give[:, None, :]  # of unit modal mass
             kinds, b = [MASS] * ends + [POLE] * give.shape[1], np.pad(1.0 / give, ((0, 0), (ends, 0)))
             value = np.concatenate((np.linalg.qr(mass, mode="r"), (inner @ waves).swapaxes(1, 2) @ mass), 1)
+        value = np.concatenate((np.linalg.qr(at_rest, mode="r"), value), 1)
+        if beam:  # the polynomials count slopes times the length
+            for own in (value, still):
+                own[:, :, [ends // 2 - 1, ends - 1]] *= size[:, None, None]
         return Segments(
             rope=self,
             places=places,
@@ -228,7 +226,7 @@ class Rope:
             size=size,
             kind=np.tile([SPRING] * ends + kinds, (size.size, 1)),
             b=np.pad(b, ((0, 0), (ends, 0))),
-            value=np.concatenate((np.linalg.qr(at_rest, mode="r"), value), 1),
+            value=value,
             still=still,
             waves=inverse @ waves,
         )

@@ -157,12 +157,12 @@ class Shape:
             here = (positions >= first - _EDGE) & (positions <= last + _EDGE)
             share, alpha = (positions[here] - first) / (last - first), phases[i]
             wave = self.cut.own.waves[number]
-            back = np.exp(1j * omega * wave.lag * times[i] / wave.time) if wave.lag else 1.0
+            late = 1j * omega * wave.lag * times[i] / wave.time if wave.lag else 0.0
             # A curved wave is moved along itself by the cosine of what moves along the line of the pulleys.
             cosine = np.interp(positions[here], (piece.start, piece.end), wave.cosine)
-            far = np.outer(y[3 * i + 2] / back, np.sin(alpha * share))
+            far = np.outer(y[3 * i + 2] * np.exp(-late), np.sin(alpha * share))
             near = np.outer(y[3 * i + 1], np.sin(alpha * (1 - share)))
-            out[:, here] = (near + far) * back**share / np.sin(alpha) / cosine
+            out[:, here] = (near + far) * np.exp(late * share) / np.sin(alpha) / cosine
         for number, (segments, _, _) in enumerate(self.cut.segments):
             rope = segments.rope
             piece = self.network.pieces[rope.tags[0][0]]

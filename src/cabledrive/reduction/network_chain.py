@@ -26,7 +26,6 @@ from cabledrive.mechanics.holding import FREE
 from cabledrive.mechanics.network import Network, network_of
 from cabledrive.mechanics.network.assembly import rotor_turn
 from cabledrive.mechanics.network.response import network_response
-from cabledrive.modal.elements import OUT, Rope, Wave
 from cabledrive.modal.mode import TRANSVERSE
 from cabledrive.modal.networks import ModalNetwork
 from cabledrive.modal.route_network import network_of_routes
@@ -53,8 +52,8 @@ _SAME = 1e-9
 _FREQUENCIES = 400
 _BEYOND = 2.0
 """Of the frequencies at which what is left out counts: up to where modes are listed one by one."""
-_PLACES = np.array([0.3, 0.7, 0.95])
-"""Of them, those at which the modes beyond are found as what all ropes do more."""
+_PLACES = np.array([0.025, 0.3, 0.7, 0.95])
+"""Of them, those at which the modes beyond are found as what all ropes do more; the first is the lowest."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -157,13 +156,11 @@ def network_chains(drive: Machine) -> tuple[NetworkChain, ...]:
 
 
 def _moved(found: ModalNetwork) -> ModalNetwork:
-    """A network without the waves that no coordinate in its plane takes part in."""
-
-    def takes_part(part: Wave | Rope) -> bool:
-        return part.tags[0][1] != OUT and any(part.rows)
-
+    """A network without the waves that no coordinate takes part in."""
     return replace(
-        found, waves=tuple(filter(takes_part, found.waves)), ropes=tuple(filter(takes_part, found.ropes))
+        found,
+        waves=tuple(own for own in found.waves if any(own.rows)),
+        ropes=tuple(own for own in found.ropes if any(own.rows)),
     )
 
 
@@ -341,10 +338,11 @@ def _left_out(
 
     ``rows``, shape (2, n): of the motor's angle and the load. Returns the part of all other modes but the
     transverse ones, and that of these. The parts of rigid motion and modes are added by magnitude: a zero of
-    the response does not count as an error. Modes above twice these frequencies are even there in the square.
+    the response does not count as an error. Modes above twice these frequencies are even there in the square;
+    a rigid motion that sag makes a slow mode lacks the inverse of its square.
     """
     top = 2.0 * np.sqrt(squares[1])
-    omega, places = top * np.linspace(0.025, 1.0, _FREQUENCIES), top * _PLACES
+    omega, places = top * np.linspace(_PLACES[0], 1.0, _FREQUENCIES), top * _PLACES
     others = [
         (square, shape, across)
         for square, group, across in coupled_modes(network, spectrum, _BEYOND * top)
@@ -357,7 +355,8 @@ def _left_out(
     )
     exact = network_response(network, places, rows[0], rows, loss_factor=LOSS_FACTOR)
     exact -= _modal_parts(*modes, rows, places).sum(axis=2)
-    beyond = np.vander(omega**2 / top**2, 3) @ np.linalg.solve(np.vander(_PLACES**2, 3), exact)
+    terms = [np.column_stack((x**-2.0, np.vander(x, 3))) for x in ((omega / top) ** 2, _PLACES**2)]
+    beyond = terms[0] @ np.linalg.solve(terms[1], exact)
     kept, rest = np.split(_modal_parts(*modes, rows, omega), [squares.size], axis=2)
     across, size = np.array([one[2] for one in others], dtype=bool), np.abs(kept).sum(axis=2)
     along, strings = rest[:, :, ~across].sum(axis=2) + beyond, rest[:, :, across].sum(axis=2)
