@@ -292,6 +292,7 @@ ROWS = [
     (lambda: cd.modes(LINE, hold=["joint 0"]), ["about drives"]),
     (lambda: cd.modes(LINE, at_torque=1.0), ["about drives"]),
     (lambda: cd.modes(route("serpentine", "route.belt.speed=60")), ["reaches the wave speed"]),
+    (lambda: cd.modes(route("serpentine", "route.belt.speed=60", "layout.gravity=9.81")), ["54.04 m/s"]),
     (lambda: tuned_pretension(HELD), ["no pulley turns"]),
 ]
 

@@ -226,10 +226,7 @@ def test_a_law_runs_on_the_ropes_of_a_loop_as_on_those_of_the_same_machine_with_
 
 @pytest.mark.parametrize("name", ["corexy", "capstan-arm", "finger-tendon", "printer-idlers"])
 def test_a_drawn_machine_has_the_drawn_chain(name):
-    """The chain comes from its certified modes: stiffness and damping follow EA to first order.
-
-    Whatever it leaves out: the head of a drawn `corexy` swings with a wave across a span.
-    """
+    """Of certified modes, whatever it leaves out: stiffness and damping follow EA to first order."""
     drive, rng = as_axis(load_drive(name).listed), np.random.default_rng(11)
     usual = plant_chain(drive, None)
     for _ in range(2):

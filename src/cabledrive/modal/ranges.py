@@ -56,7 +56,7 @@ def route_range_warnings(network: Network) -> Iterator[str]:
             continue
         spans = [i for i, span in enumerate(network.drive.free_spans) if span.route == number]
         rope = network.drive.ropes[number]
-        slowest = min(rope.wave_speed(float(network.statics.mean[i])) for i in spans)
+        slowest = min(rope.wave_speed(rope.pretension or float(network.statics.mean[i])) for i in spans)
         rate = max(abs(route.speed) / network.drive.free_spans[i].length for i in spans)
         yield (
             f"route {route.name} runs and takes its strain with it over the wheels, which is left out: what "

@@ -209,11 +209,12 @@ def waves_of_piece(piece: Piece, direction: str) -> tuple[float, float, float]:
     c, z = sqrt(rigidity / rope.density), sqrt(rigidity * rope.density)
     if v == 0.0:
         return z, length / c, 0.0
-    if abs(v) >= c:
+    slowest = rope.wave_speed(min(tension, rope.pretension or tension))
+    if abs(route.speed) >= slowest:
         raise InputRefused(
             f'route "{route.name}": speed = {route.speed:.4g} m/s reaches the wave speed '
-            f"{c * stretch:.4g} m/s of span {piece.where.name}, above which no vibration is stable: lower "
-            "the speed, or raise the pretension"
+            f"{slowest:.4g} m/s of span {piece.where.name} at its pretension, above which momentum alone "
+            "would hold it: lower the speed, or raise the pretension"
         )
     return z, c * length / (c**2 - v**2), v * length / (c**2 - v**2)
 
