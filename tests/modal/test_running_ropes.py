@@ -207,8 +207,8 @@ def test_shares_of_the_strain_energy_of_a_belt_that_runs_are_shares():
     """Where a mode along meets waves across near the speed of waves, whose momentum is no strain."""
     for seed in (1, 5, 12):
         for mode in cd.modes(random_belt(np.random.default_rng([5, seed])), count=8).modes:
-            shares = np.array([*mode.strain_by_span.values()])  # half of what mixes both counts across
-            assert shares.min() > -1e-3
+            shares = np.array([*mode.strain_by_span.values()])
+            assert shares.min() >= 0.0
             assert shares.sum() == pytest.approx(1.0, abs=1e-9)  # nothing else of the machine is strained
 
 

@@ -271,9 +271,8 @@ class Segments:
         """
         q = self.factors(omega, ends)
         whole, across = (np.sum((q.conj() * (form @ q)).real, axis=(0, 1)) for form in self._forms)
-        return np.asarray(
-            across.reshape(modes, -1).sum(1) / np.maximum(whole.reshape(modes, -1).sum(1), 1e-300)
-        )
+        across, whole = (own.reshape(modes, -1).sum(1) for own in (across, whole))
+        return np.asarray(np.clip(across / np.maximum(whole, 1e-300), 0.0, 1.0))
 
     @cached_property
     def _forms(self) -> tuple[Array, Array]:
