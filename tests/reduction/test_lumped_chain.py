@@ -158,7 +158,7 @@ STEEP = STEEP.replace('motor = { inertia = "0.05', 'motor = { inertia = "0.5')
     ids=["printer", "a camera", "a camera that sag pulls up or down its line"],
 )
 def test_what_a_chain_leaves_out_is_what_the_response_of_the_machine_has_more(machine, across, measured):
-    """At each of four hundred frequencies, where the chain takes three and the modes that it knows."""
+    """At each of four hundred frequencies, where the chain takes four and the modes that it knows."""
     (chain,) = network_chains(machine)
     omega = 4 * np.pi * chain.frequencies[0] * np.linspace(0.025, 1.0, 400)
     turn, load = chain.network.motion.dense(machine.pulley[0].name, chain.load)

@@ -43,7 +43,7 @@ MOST_NEGLECTED = 0.02
 """Largest contribution of the modes left out, up to twice the chain's first mode."""
 MOST_STRINGS = 0.2
 """Largest contribution of transverse vibrations of the spans there."""
-HIGHER = 1.2
+_HIGHER = 1.2
 """Than that of straight ropes that stretch evenly: up to where a mode is looked for."""
 LOSS_FACTOR = 0.02
 """Of both models when they are compared: one per cent of critical damping."""
@@ -282,7 +282,7 @@ def _kept_modes(
         )
     highest = np.sqrt(squares[rigid:][np.argsort(felt)[-count:]].max())
     # Condensed frequencies lie above the exact ones of straight ropes; sag may part one from a wave across.
-    groups = coupled_modes(network, spectrum, highest * HIGHER)
+    groups = coupled_modes(network, spectrum, highest * _HIGHER)
     merged = [(square, _merged(turn, group)) for square, group, _ in groups]
     modes = [(square, shape) for square, shape in merged if shape is not None]
     if len(modes) < count:
